@@ -1,0 +1,38 @@
+# A thin front to CMake and the scripts. `make demo` and `make test` do all set-up themselves.
+PRESET ?= release
+BUILD := build/$(PRESET)
+JOBS ?= $(shell nproc)
+PREFIX ?= /usr/local
+
+.PHONY: all deps build test demo pipeline bench install docs clean
+all: build
+
+deps:
+	@scripts/install-deps.sh
+
+$(BUILD)/build.ninja: | deps
+	cmake --preset $(PRESET)
+
+build: deps $(BUILD)/build.ninja
+	cmake --build $(BUILD) -j $(JOBS)
+
+test: build
+	cd $(BUILD) && ctest --output-on-failure -j $(JOBS)
+
+demo: build
+	scripts/demo.sh $(BUILD)/bin
+
+pipeline: build
+	scripts/pipeline.sh $(BUILD)/bin "$(DATA)" "$(LABELS)" "$(OUT)"
+
+bench: build
+	scripts/bench.sh $(BUILD)
+
+docs: build
+	scripts/generate-docs.sh $(BUILD)/bin
+
+install: build
+	cmake --install $(BUILD) --prefix $(PREFIX)
+
+clean:
+	rm -rf build out

@@ -1,0 +1,217 @@
+#include "libmocap/clip/world_frame.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/skeleton/joint_map.hpp"
+
+namespace mocap {
+namespace {
+
+constexpr double kTypicalLeg = 0.83;      // hip to ankle of an adult, metres
+constexpr double kTypicalStature = 1.65;  // extent of a whole rest pose, metres
+
+// The cyclic permutation that carries Y up to Z up.
+Vector3 y_to_z(const Vector3& v) { return {v.z(), v.x(), v.y()}; }
+Quaternion y_to_z(const Quaternion& q) { return {q.w(), q.z(), q.x(), q.y()}; }
+
+double chain_length(const Skeleton& s, int from, int down_to) {
+  double length = 0;
+  for (int j = down_to; j != from; j = s.parents[static_cast<std::size_t>(j)]) {
+    if (j < 0) return 0;
+    length += s.rest_offsets[static_cast<std::size_t>(j)].norm();
+  }
+  return length;
+}
+
+double leg_length(const Skeleton& s) {
+  const JointMap map = map_to_canonical(s);
+  const auto side = [&](const char* hip, const char* ankle) {
+    const int a = map.source_of(hip), b = map.source_of(ankle);
+    return a >= 0 && b >= 0 ? chain_length(s, a, b) : 0.0;
+  };
+  const double left = side("left_hip", "left_ankle"), right = side("right_hip", "right_ankle");
+  return left > 0 && right > 0 ? (left + right) / 2 : std::max(left, right);
+}
+
+double extent(const Clip& raw) {
+  Pose pose;
+  world_pose(raw, 0, pose);
+  Vector3 low = pose.positions[0], high = low;
+  for (const auto& p : pose.positions) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).maxCoeff();
+}
+
+constexpr Unit kCandidates[] = {Unit::metre, Unit::centimetre, Unit::millimetre, Unit::inch, Unit::cmu};
+
+Unit nearest_unit(double length, double typical, double& factor) {
+  Unit best = Unit::metre;
+  factor = 1e300;
+  for (const Unit u : kCandidates) {
+    const double f = std::abs(std::log(length * metres_per(u) / typical));
+    if (f < factor) {
+      factor = f;
+      best = u;
+    }
+  }
+  factor = std::exp(factor);
+  return best;
+}
+
+// Mean direction from the feet end to the head end over a few frames: pelvis to head, else feet to pelvis.
+Vector3 body_axis(const Clip& raw) {
+  const JointMap map = map_to_canonical(*raw.skeleton);
+  const int head = map.source_of("head") >= 0 ? map.source_of("head") : map.source_of("neck");
+  const int left = map.source_of("left_ankle"), right = map.source_of("right_ankle");
+  Vector3 sum = Vector3::Zero();
+  Pose pose;
+  const std::size_t step = std::max<std::size_t>(1, raw.frames() / 32);
+  for (std::size_t t = 0; t < raw.frames(); t += step) {
+    world_pose(raw, t, pose);
+    const auto at = [&](int j) { return pose.positions[static_cast<std::size_t>(j)]; };
+    if (head >= 0 && left >= 0 && right >= 0)
+      sum += (at(head) - (at(left) + at(right)) / 2).normalized();
+    else if (head > 0)
+      sum += (at(head) - at(0)).normalized();
+    else if (left >= 0)
+      sum += (at(0) - at(left)).normalized();
+  }
+  return sum;
+}
+
+}  // namespace
+
+double metres_per(Unit unit) {
+  switch (unit) {
+    case Unit::metre: return 1;
+    case Unit::centimetre: return 0.01;
+    case Unit::millimetre: return 0.001;
+    case Unit::inch: return 0.0254;
+    case Unit::cmu: return 0.0254 / 0.45;
+    case Unit::automatic: break;
+  }
+  throw Error(Exit::internal, {}, "metres_per: the unit was not decided");
+}
+
+std::string text(Unit unit) {
+  switch (unit) {
+    case Unit::automatic: return "auto";
+    case Unit::metre: return "m";
+    case Unit::centimetre: return "cm";
+    case Unit::millimetre: return "mm";
+    case Unit::inch: return "in";
+    case Unit::cmu: return "cmu";
+  }
+  return {};
+}
+
+std::string text(UpAxis up) { return up == UpAxis::automatic ? "auto" : up == UpAxis::y ? "y" : "z"; }
+
+WorldFrame detect_world_frame(const Clip& raw, Unit unit, UpAxis up) {
+  WorldFrame frame;
+  frame.unit = unit;
+  frame.up = up;
+  const double leg = leg_length(*raw.skeleton);
+  if (unit == Unit::automatic) {
+    double factor = 1;
+    const double size = leg > 0 ? leg : extent(raw);
+    if (size > 0) {
+      frame.unit = nearest_unit(size, leg > 0 ? kTypicalLeg : kTypicalStature, factor);
+      if (factor > 1.7)
+        frame.notes.push_back(fmt::format("{} of {:.4g} units fits no unit well (nearest: {}); force one with --unit", leg > 0 ? "legs" : "an extent", size, text(frame.unit)));
+    } else {
+      frame.unit = Unit::metre;
+      frame.notes.push_back("a skeleton without extent: metres assumed");
+    }
+  }
+  frame.leg_length_m = leg * metres_per(frame.unit);
+  if (up == UpAxis::automatic) {
+    const Vector3 axis = body_axis(raw);
+    // A figure lying for most of its clip has no say; Y is what most files mean.
+    frame.up = axis.z() > 0.5 * axis.norm() && std::abs(axis.y()) < axis.z() ? UpAxis::z : UpAxis::y;
+    if (axis.norm() > 0 && std::max(std::abs(axis.y()), std::abs(axis.z())) < 0.6 * axis.norm())
+      frame.notes.push_back(fmt::format("the up axis is uncertain ({} assumed); force one with --up", text(frame.up)));
+  }
+  return frame;
+}
+
+void to_metres_z_up(Clip& clip, const WorldFrame& frame) {
+  const double scale = metres_per(frame.unit);
+  const bool turn = frame.up == UpAxis::y;
+  if (scale == 1 && !turn) return;
+  const auto convert = [&](Vector3& v) { v = (turn ? y_to_z(v) : v) * scale; };
+  auto skeleton = std::make_shared<Skeleton>(*clip.skeleton);
+  for (auto& v : skeleton->rest_offsets) convert(v);
+  for (auto& e : skeleton->end_sites) convert(e.offset);
+  clip.skeleton = skeleton;
+  for (auto& v : clip.root_position) convert(v);
+  for (auto& v : clip.translations) convert(v);
+  if (turn)
+    for (auto& q : clip.rotations) q = y_to_z(q);
+}
+
+bool starts_with_calibration_pose(const Clip& clip) {
+  if (clip.frames() < 3) return false;
+  // In the file's own T-pose legs and arms are straight rest chains, and nothing else in a take repeats such a jump:
+  // the step into the take is many times the largest step that follows it.
+  const auto j = static_cast<std::size_t>(clip.joints());
+  const auto step = [&](std::size_t t) {
+    double sum = 0;
+    for (std::size_t k = 0; k < j; ++k) sum += geodesic_distance(clip.rotations[t * j + k], clip.rotations[(t + 1) * j + k]);
+    return sum / static_cast<double>(j);
+  };
+  const double first = step(0);
+  double largest = 0;
+  for (std::size_t t = 1; t + 1 < std::min<std::size_t>(clip.frames(), 60); ++t) largest = std::max(largest, step(t));
+  if (first < 0.03 || first < 4 * largest) return false;
+  // A T-pose: the arms level and the legs straight below the hips.
+  Pose pose;
+  world_pose(clip, 0, pose);
+  const JointMap map = map_to_canonical(*clip.skeleton);
+  const auto bone = [&](const char* a, const char* b) -> Vector3 {
+    const int x = map.source_of(a), y = map.source_of(b);
+    if (x < 0 || y < 0) return Vector3::Zero();
+    return (pose.positions[static_cast<std::size_t>(y)] - pose.positions[static_cast<std::size_t>(x)]).normalized();
+  };
+  const Vector3 left = bone("left_shoulder", "left_wrist"), right = bone("right_shoulder", "right_wrist");
+  const Vector3 leg = bone("left_hip", "left_ankle") + bone("right_hip", "right_ankle");
+  return left.norm() > 0 && right.norm() > 0 && left.dot(right) < -0.95 && leg.norm() > 1.9 && std::abs(left.dot(leg.normalized())) < 0.2;
+}
+
+std::optional<double> facing_yaw(const Skeleton& skeleton, const Pose& pose) {
+  Vector3 across = Vector3::Zero();
+  for (const char* part : {"hip", "shoulder"}) {
+    const int l = skeleton.find_role(std::string("left_") + part), r = skeleton.find_role(std::string("right_") + part);
+    if (l >= 0 && r >= 0) across += pose.positions[static_cast<std::size_t>(l)] - pose.positions[static_cast<std::size_t>(r)];
+  }
+  across.z() = 0;
+  if (across.norm() < 0.05) return std::nullopt;  // lying on a side, or no such joints
+  // across points left; forward = across x up.
+  return std::atan2(-across.x(), across.y());
+}
+
+void face_forward(Clip& clip) {
+  if (clip.frames() == 0) return;
+  Pose pose;
+  std::optional<double> yaw;
+  for (std::size_t t = 0; t < clip.frames() && !yaw; ++t) {
+    world_pose(clip, t, pose);
+    yaw = facing_yaw(*clip.skeleton, pose);
+  }
+  const Quaternion turn = yaw_rotation(-yaw.value_or(yaw_of(clip.rotations[0])));
+  Vector3 origin = clip.root_position[0];
+  origin.z() = 0;
+  const auto j = static_cast<std::size_t>(clip.joints());
+  for (std::size_t t = 0; t < clip.frames(); ++t) {
+    clip.root_position[t] = turn * (clip.root_position[t] - origin);
+    clip.rotations[t * j] = turn * clip.rotations[t * j];
+  }
+}
+
+}  // namespace mocap

@@ -1,0 +1,46 @@
+// From a file's own unit and axes to metres with Z up, and from there to the canonical place and heading.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libmocap/clip/clip.hpp"
+
+namespace mocap {
+
+enum class Unit { automatic, metre, centimetre, millimetre, inch, cmu };  // cmu: ASF units, 1/0.45 inch = 0.0564444 m
+enum class UpAxis { automatic, y, z };
+enum class FirstFrame { automatic, keep, drop };
+
+double metres_per(Unit unit);  // Error(internal) for automatic
+std::string text(Unit unit);
+std::string text(UpAxis up);
+
+// What was found or forced. Leg length (hip to ankle over the bones of the rest pose) decides the unit: the candidate
+// that brings it nearest to 0.83 m, within a factor of 1.7; files without legs go by the extent of the whole skeleton.
+// The rest pose and the mean of the first frames decide the axis: the head end of the spine is up.
+struct WorldFrame {
+  Unit unit = Unit::metre;
+  UpAxis up = UpAxis::z;
+  double leg_length_m = 0;         // after conversion; 0 where no legs were found
+  std::vector<std::string> notes;  // doubts worth printing
+};
+WorldFrame detect_world_frame(const Clip& raw, Unit unit, UpAxis up);
+
+// Applies it in place. Y up to Z up is the cyclic permutation (x,y,z) -> (z,x,y): exact, and a Y-up figure facing +Z ends
+// facing +X with its left at +Y. Rotations, offsets, end sites and positions are all expressed in the new axes, so that
+// forward kinematics holds as before.
+void to_metres_z_up(Clip& clip, const WorldFrame& frame);
+
+// A first frame that is a calibration pose (cgspeed's CMU conversion adds a T-pose): all joints but the root's children
+// at rest orientation while the second frame is far from it. Returns whether the frame should go.
+bool starts_with_calibration_pose(const Clip& clip);
+
+// Moves and turns the whole clip: the root of frame 0 above the origin, facing +X. Heights are untouched.
+void face_forward(Clip& clip);
+
+// Facing of a pose: (across-vector of hips and shoulders) x up projected on the ground, as a yaw angle (0 is +X);
+// nullopt when undefined (lying, or no such joints).
+std::optional<double> facing_yaw(const Skeleton& skeleton, const Pose& pose);
+
+}  // namespace mocap
