@@ -33,7 +33,7 @@ Retargeter::Retargeter(std::shared_ptr<const Skeleton> source) : source_(std::mo
     refuse({{}, 0, "skeleton"}, fmt::format("no joint found for {} among its {} joints, expected a body with legs and arms", fmt::join(absent, ", "), source_->joint_count()));
   const auto t_pose = t_pose_orientations(*source_, map_);
   if (!t_pose)
-    refuse({{}, 0, "skeleton"}, "its rest pose is no T-pose and the rig is of no known family, expected legs down and arms out at zero rotation");
+    refuse({{}, 0, "skeleton"}, "its rest pose does not stand upright and the rig is of no known family, expected legs down at zero rotation");
 
   const auto n = static_cast<std::size_t>(source_->joint_count());
   std::vector<Vector3> p(n, Vector3::Zero());

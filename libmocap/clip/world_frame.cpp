@@ -156,32 +156,37 @@ void to_metres_z_up(Clip& clip, const WorldFrame& frame) {
     for (auto& q : clip.rotations) q = y_to_z(q);
 }
 
-bool starts_with_calibration_pose(const Clip& clip) {
-  if (clip.frames() < 3) return false;
-  // In the file's own T-pose legs and arms are straight rest chains, and nothing else in a take repeats such a jump:
-  // the step into the take is many times the largest step that follows it.
+std::size_t calibration_frames(const Clip& clip) {
+  if (clip.frames() < 4) return 0;
   const auto j = static_cast<std::size_t>(clip.joints());
   const auto step = [&](std::size_t t) {
     double sum = 0;
     for (std::size_t k = 0; k < j; ++k) sum += geodesic_distance(clip.rotations[t * j + k], clip.rotations[(t + 1) * j + k]);
     return sum / static_cast<double>(j);
   };
-  const double first = step(0);
-  double largest = 0;
-  for (std::size_t t = 1; t + 1 < std::min<std::size_t>(clip.frames(), 60); ++t) largest = std::max(largest, step(t));
-  if (first < 0.03 || first < 4 * largest) return false;
-  // A T-pose: the arms level and the legs straight below the hips.
-  Pose pose;
-  world_pose(clip, 0, pose);
   const JointMap map = map_to_canonical(*clip.skeleton);
-  const auto bone = [&](const char* a, const char* b) -> Vector3 {
-    const int x = map.source_of(a), y = map.source_of(b);
-    if (x < 0 || y < 0) return Vector3::Zero();
-    return (pose.positions[static_cast<std::size_t>(y)] - pose.positions[static_cast<std::size_t>(x)]).normalized();
+  Pose pose;
+  const auto at_rest = [&](std::size_t t) {
+    world_pose(clip, t, pose);
+    const auto bone = [&](const char* a, const char* b) -> Vector3 {
+      const int x = map.source_of(a), y = map.source_of(b);
+      if (x < 0 || y < 0) return Vector3::Zero();
+      return (pose.positions[static_cast<std::size_t>(y)] - pose.positions[static_cast<std::size_t>(x)]).normalized();
+    };
+    const Vector3 left = bone("left_shoulder", "left_wrist"), right = bone("right_shoulder", "right_wrist");
+    const Vector3 leg = bone("left_hip", "left_ankle") + bone("right_hip", "right_ankle");
+    return left.dot(right) < -0.85 && leg.norm() > 1.8 && std::abs(left.dot(leg.normalized())) < 0.3;
   };
-  const Vector3 left = bone("left_shoulder", "left_wrist"), right = bone("right_shoulder", "right_wrist");
-  const Vector3 leg = bone("left_hip", "left_ankle") + bone("right_hip", "right_ankle");
-  return left.norm() > 0 && right.norm() > 0 && left.dot(right) < -0.95 && leg.norm() > 1.9 && std::abs(left.dot(leg.normalized())) < 0.2;
+  for (std::size_t n = 1; n <= 8 && n + 2 < clip.frames() && at_rest(n - 1); ++n) {
+    const double jump = step(n - 1);
+    if (jump < 0.1) continue;
+    std::vector<double> following;
+    for (std::size_t t = n; t + 1 < clip.frames() && t < n + static_cast<std::size_t>(clip.frame_rate_hz); ++t) following.push_back(step(t));
+    const auto middle = following.begin() + static_cast<std::ptrdiff_t>(following.size() / 2);
+    std::nth_element(following.begin(), middle, following.end());
+    if (jump > 8 * *middle) return n;
+  }
+  return 0;
 }
 
 std::optional<double> facing_yaw(const Skeleton& skeleton, const Pose& pose) {

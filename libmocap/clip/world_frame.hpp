@@ -32,9 +32,11 @@ WorldFrame detect_world_frame(const Clip& raw, Unit unit, UpAxis up);
 // forward kinematics holds as before.
 void to_metres_z_up(Clip& clip, const WorldFrame& frame);
 
-// A first frame that is a calibration pose (cgspeed's CMU conversion adds a T-pose): all joints but the root's children
-// at rest orientation while the second frame is far from it. Returns whether the frame should go.
-bool starts_with_calibration_pose(const Clip& clip);
+// How many leading frames are a calibration pose rather than motion: cgspeed's CMU conversion adds a T-pose, here and there
+// followed by frames of zeros where the capture had not begun. All of them stand at rest (arms in one line, legs straight
+// and square to them, whatever the file's axes), and the jump into the take is over 0.1 rad a joint and eight times the
+// median step of the second that follows. At most 8.
+std::size_t calibration_frames(const Clip& clip);
 
 // Moves and turns the whole clip: the root of frame 0 above the origin, facing +X. Heights are untouched.
 void face_forward(Clip& clip);

@@ -83,10 +83,11 @@ std::unique_ptr<MotionInput> open_bvh(const std::string& bytes, const std::strin
   file.notes.insert(file.notes.end(), frame.notes.begin(), frame.notes.end());
   file.notes.push_back(fmt::format("unit {}, up axis {}, {} Hz", text(frame.unit), text(frame.up), clip.frame_rate_hz));
   fill_source(clip, label, digest);
-  const bool drop = options.first_frame == FirstFrame::drop || (options.first_frame == FirstFrame::automatic && starts_with_calibration_pose(clip));
-  if (drop && clip.frames() > 1) {
-    clip = cut(clip, 1, clip.frames() - 1);
-    file.notes.push_back("first frame dropped: a calibration pose");
+  const std::size_t found = options.first_frame == FirstFrame::automatic ? calibration_frames(clip) : 0;
+  const std::size_t drop = options.first_frame == FirstFrame::drop && clip.frames() > 1 ? 1 : found;
+  if (drop > 0) {
+    clip = cut(clip, drop, clip.frames() - drop);
+    file.notes.push_back(fmt::format("{} leading frame{} dropped{}", drop, drop > 1 ? "s" : "", found > 0 ? ": a calibration pose" : ""));
   }
   to_metres_z_up(clip, frame);
   return std::make_unique<SingleClip>("bvh", std::move(clip), History{}, std::move(file.notes), digest);

@@ -210,10 +210,10 @@ std::optional<std::vector<Quaternion>> t_pose_orientations(const Skeleton& s, co
   left.z() = 0;
   if (left.norm() < 0.5) return std::nullopt;
   left.normalize();
-  // A T-pose (or A-pose) at rest: legs down, arms out to their own sides and not above the shoulders' line by much.
+  // A standing rest pose: legs down. Arms may point out, or down along the body: aligning bone directions by the shortest
+  // rotation (retarget.hpp) then lifts them in the frontal plane, which keeps the twist of a T-pose.
   const double leg = std::max(direction("left_hip", "left_ankle").z(), direction("right_hip", "right_ankle").z());
-  const double arm = std::min(direction("left_shoulder", "left_elbow").dot(left), -direction("right_shoulder", "right_elbow").dot(left));
-  if (leg > -0.85 || arm < 0.3) return std::nullopt;
+  if (leg > -0.85) return std::nullopt;
   const double yaw = std::atan2(-left.x(), left.y());
   return std::vector<Quaternion>(n, yaw_rotation(-yaw));
 }

@@ -25,9 +25,9 @@ struct JointMap {
 JointMap map_to_canonical(const Skeleton& skeleton);
 
 // World orientation of every source joint when the figure stands in T-pose, expressed in the canonical frame (facing +X,
-// left +Y, up +Z): the skeleton must be in metres, Z up. Rigs whose rest pose is a T-pose (any facing) have the same
-// rotation everywhere; rigs of a known family whose rest pose is none (Bandai-Namco: every bone along +-X) have theirs
-// from a table of axes. nullopt where the rest pose is no T-pose and the family is unknown. [J]
+// left +Y, up +Z): the skeleton must be in metres, Z up. Rigs that stand upright at rest (any facing; arms out or down) have
+// the same rotation everywhere; rigs of a known family whose rest pose is none (Bandai-Namco: every bone along +-X) have theirs
+// from a table of axes. nullopt where the rest pose does not stand and the family is unknown. [J]
 std::optional<std::vector<Quaternion>> t_pose_orientations(const Skeleton& skeleton, const JointMap& map);
 
 }  // namespace mocap
