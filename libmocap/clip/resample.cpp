@@ -32,7 +32,7 @@ Clip resample(const Clip& clip, double rate_hz, int phase) {
   out.root_position.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double at = phase + static_cast<double>(i) * ratio, nearest = std::round(at);
-    const bool exact = std::abs(at - nearest) < 1e-6;
+    const bool exact = std::abs(at - nearest) < 1e-9;
     const auto a = std::min(static_cast<std::size_t>(exact ? nearest : std::floor(at)), frames - 1);
     const std::size_t b = std::min(a + 1, frames - 1);
     const double w = exact ? 0.0 : at - static_cast<double>(a);

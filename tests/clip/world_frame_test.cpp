@@ -1,0 +1,124 @@
+#include "libmocap/clip/world_frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libmocap/clip/ground.hpp"
+#include "libmocap/skeleton/canonical_body.hpp"
+
+namespace mocap {
+namespace {
+
+// The canonical body standing, in another unit, Y up (facing +Z, left at +X) or Z up.
+Clip standing(double units_per_metre, bool y_up, std::size_t frames = 4) {
+  auto s = std::make_shared<Skeleton>(*canonical_body());
+  const auto convert = [&](const Vector3& v) -> Vector3 { return units_per_metre * (y_up ? Vector3(v.y(), v.z(), v.x()) : v); };
+  for (auto& v : s->rest_offsets) v = convert(v);
+  for (auto& e : s->end_sites) e.offset = convert(e.offset);
+  Clip clip;
+  clip.name = "standing";
+  clip.skeleton = s;
+  for (std::size_t t = 0; t < frames; ++t) {
+    for (int j = 0; j < 22; ++j) clip.rotations.push_back(Quaternion::Identity());
+    clip.root_position.push_back(convert(Vector3(1, 2, canonical_pelvis_height())));
+  }
+  return clip;
+}
+
+TEST(WorldFrame, UnitAndAxisAreFound) {
+  const std::pair<Unit, double> units[] = {{Unit::metre, 1}, {Unit::centimetre, 100}, {Unit::millimetre, 1000}, {Unit::inch, 1 / 0.0254}, {Unit::cmu, 0.45 / 0.0254}};
+  for (const auto& [unit, per_metre] : units)
+    for (const bool y_up : {false, true}) {
+      Clip clip = standing(per_metre, y_up);
+      const WorldFrame frame = detect_world_frame(clip, Unit::automatic, UpAxis::automatic);
+      EXPECT_EQ(text(frame.unit), text(unit));
+      EXPECT_EQ(frame.up == UpAxis::y, y_up);
+      EXPECT_TRUE(frame.notes.empty());
+      to_metres_z_up(clip, frame);
+      EXPECT_TRUE(clip.skeleton->same_as(*canonical_body(), 1e-9));
+      EXPECT_LT((clip.root_position[0] - Vector3(1, 2, canonical_pelvis_height())).norm(), 1e-9);
+    }
+}
+
+TEST(WorldFrame, ForcedValuesWin) {
+  const WorldFrame frame = detect_world_frame(standing(100, true), Unit::metre, UpAxis::z);
+  EXPECT_EQ(frame.unit, Unit::metre);
+  EXPECT_EQ(frame.up, UpAxis::z);
+}
+
+TEST(WorldFrame, OddSizesAreDoubted) { EXPECT_FALSE(detect_world_frame(standing(400, true), Unit::automatic, UpAxis::automatic).notes.empty()); }
+
+TEST(WorldFrame, AxesTurnRotationsAlong) {
+  Clip clip = standing(1, true);
+  const Quaternion nod = exp_map(Vector3(0.3, 0.1, -0.2));
+  clip.rotations[15] = nod;
+  Pose before, after;
+  world_pose(clip, 0, before);
+  to_metres_z_up(clip, {Unit::metre, UpAxis::y, 0, {}});
+  world_pose(clip, 0, after);
+  for (std::size_t j = 0; j < 22; ++j) {
+    const Vector3& p = before.positions[j];
+    EXPECT_LT((after.positions[j] - Vector3(p.z(), p.x(), p.y())).norm(), 1e-12);
+  }
+}
+
+TEST(WorldFrame, FaceForwardTurnsTheWholeClip) {
+  Clip clip = standing(1, false, 3);
+  for (std::size_t t = 0; t < 3; ++t) clip.rotations[t * 22] = yaw_rotation(2 + 0.1 * static_cast<double>(t));
+  clip.root_position[2] += Vector3(std::cos(2.0), std::sin(2.0), 0);
+  face_forward(clip);
+  EXPECT_LT((clip.root_position[0] - Vector3(0, 0, canonical_pelvis_height())).norm(), 1e-12);
+  EXPECT_LT((clip.root_position[2] - Vector3(1, 0, canonical_pelvis_height())).norm(), 1e-12);
+  EXPECT_NEAR(yaw_of(clip.rotations[2 * 22]), 0.2, 1e-12);
+}
+
+TEST(WorldFrame, CalibrationFramesAreFound) {
+  // A T-pose, then somebody moving slowly with the arms down.
+  Clip clip = standing(1, false, 60);
+  const auto l = static_cast<std::size_t>(canonical_body()->find("left_shoulder")), r = static_cast<std::size_t>(canonical_body()->find("right_shoulder"));
+  const auto k = static_cast<std::size_t>(canonical_body()->find("left_knee"));
+  const auto pose = [&](std::size_t t) {
+    clip.rotations[t * 22 + l] = exp_map(Vector3(-1.4, 0, 0));
+    clip.rotations[t * 22 + r] = exp_map(Vector3(1.4, 0, 0));
+    clip.rotations[t * 22 + k] = exp_map(Vector3(0, 0.4 + 0.01 * static_cast<double>(t), 0));
+  };
+  for (std::size_t t = 1; t < 60; ++t) pose(t);
+  EXPECT_EQ(calibration_frames(clip), 1u);
+  Clip zeros = clip;
+  for (std::size_t t = 1; t < 4; ++t)
+    for (std::size_t j = 0; j < 22; ++j) zeros.rotations[t * 22 + j] = Quaternion::Identity();
+  EXPECT_EQ(calibration_frames(zeros), 4u);
+  pose(0);
+  EXPECT_EQ(calibration_frames(clip), 0u);
+}
+
+TEST(Ground, FloorIsFoundDespiteJumps) {
+  Clip clip = standing(1, false, 60);
+  for (std::size_t t = 0; t < 60; ++t) {
+    clip.root_position[t].z() += 0.37;
+    if (t > 20 && t < 40) clip.root_position[t].z() += 0.3 * std::sin((static_cast<double>(t) - 20) / 20 * M_PI);
+  }
+  EXPECT_NEAR(floor_height(clip), 0.37, 1e-9);
+  EXPECT_NEAR(set_on_ground(clip), -0.37, 1e-9);
+  const auto contacts = label_contacts(clip, contact_preset("default"));
+  EXPECT_EQ(contacts[10][0], 1);
+  EXPECT_EQ(contacts[30][0], 0);
+  EXPECT_EQ(contacts[30][1], 0);
+  EXPECT_EQ(contacts[50][1], 1);
+}
+
+TEST(Ground, HysteresisAndShortRuns) {
+  Clip clip = standing(1, false, 90);
+  for (std::size_t t = 0; t < 90; ++t) clip.root_position[t].x() = 2.0 * static_cast<double>(t) / 30;  // sliding at 2 m/s
+  auto contacts = label_contacts(clip, contact_preset("default"));
+  for (const auto& c : contacts) EXPECT_EQ(c[0] + c[1], 0);
+  for (std::size_t t = 30; t < 90; ++t) clip.root_position[t].x() = 2.0;
+  clip.root_position[60].x() += 0.03;  // a twitch of two frames is no step
+  contacts = label_contacts(clip, contact_preset("default"));
+  EXPECT_EQ(contacts[20][0], 0);
+  for (std::size_t t = 32; t < 90; ++t) EXPECT_EQ(contacts[t][0], 1) << t;
+}
+
+}  // namespace
+}  // namespace mocap
