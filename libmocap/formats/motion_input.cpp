@@ -57,6 +57,8 @@ class ArchiveClips final : public MotionInput {
   std::string format() const override { return "archive"; }
   std::size_t size() const override { return reader_.size(); }
   Clip read(std::size_t i) const override { return reader_.read(i); }
+  std::string name(std::size_t i) const override { return reader_.info(i).name; }
+  Attributes attributes(std::size_t i) const override { return reader_.info(i).attributes; }
   const History& history() const override { return reader_.header().history; }
   const std::vector<std::string>& notes() const override { return notes_; }
   std::string sha256() const override { return reader_.file_sha256(); }

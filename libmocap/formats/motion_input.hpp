@@ -25,6 +25,9 @@ class MotionInput {
   virtual std::string format() const = 0;  // "bvh", "npz (source)", "npz (SMPL+H)", "archive"
   virtual std::size_t size() const = 0;
   virtual Clip read(std::size_t i) const = 0;
+  // Of clip i; archives answer from their index, without reading frames.
+  virtual std::string name(std::size_t i) const { return read(i).name; }
+  virtual Attributes attributes(std::size_t i) const { return read(i).attributes; }
   virtual const History& history() const = 0;              // what the file itself carries
   virtual const std::vector<std::string>& notes() const = 0;  // what was detected or repaired, one line each
   virtual std::string sha256() const = 0;                  // of the file's bytes

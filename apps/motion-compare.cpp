@@ -1,0 +1,142 @@
+// motion-compare - put generated motion beside real motion, in figures that need no classifier.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/cli/tool.hpp"
+#include "libmocap/cli/validators.hpp"
+#include "libmocap/formats/motion_input.hpp"
+#include "libmocap/metrics/motion_statistics.hpp"
+
+namespace {
+
+using namespace mocap;
+
+std::vector<Clip> load(const std::string& path) {
+  const auto input = formats::open_motion(path, path);
+  std::vector<Clip> clips;
+  for (std::size_t i = 0; i < input->size(); ++i) clips.push_back(input->read(i));
+  return clips;
+}
+
+class MotionCompare final : public cli::Tool {
+ public:
+  std::string name() const override { return "motion-compare"; }
+  std::string synopsis() const override { return "Compare generated motion with real motion: energy, root height, foot skate, smoothness, nearest training clip"; }
+  std::string description() const override {
+    return "One row for each set of clips, by combination of attributes and over all. Energy is joint speed weighted by each joint's reach; "
+           "frozen counts clips whose last third has under a fifth of the real energy; jerkiness is the mean second difference of the rotations over the "
+           "first; nearest is the median distance of a window to the nearest window of the real clips, in deviations per column: samples that copy their "
+           "training data lie nearer than unseen real clips do.";
+  }
+  std::vector<cli::Example> examples() const override {
+    return {{"motion-compare samples.h5 --real train.h5 --unseen test.h5", "samples beside what they were trained on and what they were not"},
+            {"sample -m model.h5 -n 64 -o - | motion-compare - --real train.h5 --by action --json", "by action alone, as JSON, from a pipe"}};
+  }
+  cli::Traits traits() const override {
+    cli::Traits t;
+    t.inputs = cli::Inputs::one;
+    t.output = cli::Output::none;
+    t.report = true;
+    t.input_help = "generated motion (archive or motion file)";
+    return t;
+  }
+  void options(CLI::App& app) override {
+    app.add_option("--real", real_, "real motion, usually the training split")->required()->check(cli::path());
+    app.add_option("--unseen", unseen_, "real motion that was not trained on")->check(cli::path());
+    app.add_option("--by", by_, "attribute to break the rows down by (repeatable; none: no breakdown; default: all that label every generated clip)");
+    app.add_option("--window", nearest_.window, "frames of a window in the nearest-clip search")->check(cli::whole(2, 100000, "FRAMES"))->capture_default_str();
+  }
+
+  Exit run(cli::Context& context) override {
+    nearest_.threads = context.threads();
+    real_clips_ = load(real_);
+    std::vector<std::pair<std::string, std::vector<Clip>>> sets = {{"real", real_clips_}};
+    if (!unseen_.empty()) sets.emplace_back("unseen", load(unseen_));
+    sets.emplace_back("generated", load(context.inputs().at(0).path));
+    if (by_.empty())
+      by_ = common_attributes(sets.back().second);
+    else if (by_ == std::vector<std::string>{"none"})
+      by_.clear();
+    nearest_.match = by_;
+    for (const auto& [name, clips] : sets)
+      if (clips.at(0).joints() != real_clips_.at(0).joints() || clips[0].frame_rate_hz != real_clips_[0].frame_rate_hz)
+        refuse({}, fmt::format("{} motion of {} joints at {} Hz, expected {} joints at {} Hz as in {}", name, clips[0].joints(), clips[0].frame_rate_hz,
+                               real_clips_[0].joints(), real_clips_[0].frame_rate_hz, real_));
+    if (!context.common().json)
+      context.print(fmt::format("{:<28}{:<11}{:>6}{:>8}{:>8}{:>7}{:>15}{:>7}{:>7}{:>8}{:>9}\n", "group", "set", "clips", "frames", "energy", "ratio", "root height m", "m/s", "skate",
+                                "frozen", "nearest"));
+    std::set<std::vector<std::string>> groups;
+    for (const Clip& c : real_clips_) groups.insert(key(c));
+    for (const auto& g : groups)
+      if (!by_.empty()) table(context, sets, g);
+    table(context, sets, std::nullopt);
+    if (context.common().json) context.print(nlohmann::ordered_json{{"rows", rows_}}.dump(2) + "\n");
+    return Exit::ok;
+  }
+
+ private:
+  static std::vector<std::string> common_attributes(const std::vector<Clip>& clips) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : clips.at(0).attributes)
+      if (name != "subject" && std::all_of(clips.begin(), clips.end(), [&](const Clip& c) { return c.attributes.contains(name) && !c.attributes.at(name).empty(); })) names.push_back(name);
+    return names;
+  }
+
+  std::vector<std::string> key(const Clip& c) const {
+    std::vector<std::string> k;
+    for (const auto& a : by_) k.push_back(c.attributes.contains(a) ? c.attributes.at(a) : "");
+    return k;
+  }
+
+  void table(cli::Context& context, const std::vector<std::pair<std::string, std::vector<Clip>>>& sets, const std::optional<std::vector<std::string>>& group) {
+    std::string label = "all";
+    if (group) {
+      label.clear();
+      for (const auto& v : *group) label += (label.empty() ? "" : " ") + (v.empty() ? std::string("(none)") : v);
+    }
+    const auto members = [&](const std::vector<Clip>& clips) {
+      std::vector<Clip> out;
+      for (const Clip& c : clips)
+        if (!group || key(c) == *group) out.push_back(c);
+      return out;
+    };
+    double real_energy = 0;
+    for (const auto& [name, clips] : sets) {
+      const auto chosen = members(clips);
+      if (chosen.empty()) continue;
+      const auto s = metrics::motion_statistics(chosen, real_energy);
+      if (name == "real") real_energy = s.energy;
+      // Over all groups, still is what is still for its group: a wave moves less than a run.
+      auto& frozen = frozen_clips_[name];
+      if (group) frozen += s.frozen_share * static_cast<double>(s.clips);
+      const double frozen_share = !group && !by_.empty() ? frozen / static_cast<double>(s.clips) : s.frozen_share;
+      const double nearest = name == "real" ? std::numeric_limits<double>::quiet_NaN() : metrics::median(metrics::nearest_training_distances(chosen, members(real_clips_), nearest_));
+      if (context.common().json) {
+        nlohmann::ordered_json row{{"group", label}, {"set", name}, {"clips", s.clips}, {"frames", s.frames}, {"energy", s.energy}, {"energy_ratio", s.energy / real_energy},
+                                   {"root_height_low", s.root_height_low}, {"root_height_high", s.root_height_high}, {"root_speed_mps", s.root_speed},
+                                   {"skate_mps", s.skate_mps}, {"contact_share", s.contact_share}, {"jerkiness", s.jerkiness}, {"frozen_share", frozen_share}};
+        if (name != "real") row["nearest_training"] = nearest;
+        rows_.push_back(row);
+      } else {
+        context.print(fmt::format("{:<28}{:<11}{:>6}{:>8}{:>8.3f}{:>7.2f}{:>15}{:>7.2f}{:>7.3f}{:>7.1f}%{:>9}\n", label, name, s.clips, s.frames, s.energy, s.energy / real_energy,
+                                  fmt::format("{:.2f} - {:.2f}", s.root_height_low, s.root_height_high), s.root_speed, s.skate_mps, 100 * frozen_share,
+                                  std::isnan(nearest) ? std::string("-") : fmt::format("{:.3f}", nearest)));
+      }
+    }
+  }
+
+  std::string real_, unseen_;
+  std::vector<std::string> by_;
+  metrics::NearestOptions nearest_;
+  std::vector<Clip> real_clips_;
+  std::map<std::string, double> frozen_clips_;
+  nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
+};
+
+}  // namespace
+
+int main(int argc, char** argv) { return mocap::cli::run<MotionCompare>(argc, argv); }

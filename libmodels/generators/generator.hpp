@@ -1,0 +1,41 @@
+// What `sample` asks of a trained model, and the list of the kinds that offer it.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "libmocap/clip/clip.hpp"
+#include "libmocap/store/model_file.hpp"
+
+namespace mocap::generators {
+
+struct ClipOrder {            // one clip to make
+  std::string name;
+  Attributes attributes;      // one known value for each attribute of the vocabulary
+  std::int64_t frames = 0;
+  std::uint64_t stream = 0;   // of its random numbers: equal (seed, stream) give equal clips, alone or in company
+};
+
+struct SampleSettings {
+  std::uint64_t seed = 1;
+  int threads = 1;
+  double noise_scale = 1;
+};
+
+class Generator {
+ public:
+  virtual ~Generator() = default;
+  virtual std::string kind() const = 0;
+  virtual const std::map<std::string, std::vector<std::string>>& vocabulary() const = 0;
+  virtual std::shared_ptr<const Skeleton> skeleton() const = 0;
+  virtual double frame_rate_hz() const = 0;
+  virtual std::string contacts_rule() const = 0;  // of the archive it was trained on
+  virtual std::int64_t default_frames() const = 0;
+  // Clips in the order asked for, first frame above the origin with heading 0 (+X), contacts labelled by the rule.
+  virtual std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const = 0;
+};
+
+// The generator a model file holds. Error(data) for kinds that generate nothing, naming those that do.
+std::unique_ptr<Generator> make_generator(const store::ModelFile& model, const std::string& file);
+
+}  // namespace mocap::generators

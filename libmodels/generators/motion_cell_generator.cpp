@@ -1,0 +1,114 @@
+#include "libmodels/generators/motion_cell_generator.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/base/parallel.hpp"
+#include "libmocap/base/random.hpp"
+#include "libmocap/clip/ground.hpp"
+#include "libmocap/features/motion_cell.hpp"
+#include "libmodels/motion_cell/sampler.hpp"
+#include "libmodels/nn/mlp.hpp"
+#include "libmodels/train/tensors.hpp"
+
+namespace mocap::generators {
+namespace {
+
+class MotionCellGenerator final : public Generator {
+ public:
+  MotionCellGenerator(const store::ModelFile& model, const std::string& file) : vocabulary_(model.vocabulary), skeleton_(model.skeleton), mean_(model.mean), deviation_(model.deviation) {
+    motion_cell::MotionCellConfig network;
+    try {
+      const auto config = nlohmann::json::parse(model.config);
+      network = motion_cell::config_from_json(config.at("network"));
+      representation_ = features::parse_representation(config.at("representation").get<std::string>());
+      config.at("frame_rate_hz").get_to(rate_);
+      config.at("contacts").get_to(contacts_);
+      config.at("default_frames").get_to(default_frames_);
+    } catch (const nlohmann::json::exception& e) {
+      refuse({file, 0, "config"}, std::string("not the configuration of a Motion Cell: ") + e.what());
+    }
+    const auto columns = static_cast<std::size_t>(network.features());
+    if (!skeleton_ || skeleton_->joint_count() - 1 != network.joints) refuse({file, 0, "skeleton"}, "another number of joints than the network's");
+    if (mean_.size() != columns || deviation_.size() != columns)
+      refuse({file, 0, "normalization"}, std::to_string(mean_.size()) + " means, expected " + std::to_string(columns));
+    if (vocabulary_.size() != network.attribute_classes.size()) refuse({file, 0, "vocabulary"}, "another number of attributes than the network's");
+    std::size_t a = 0;
+    for (const auto& [name, values] : vocabulary_)
+      if (static_cast<int>(values.size()) != network.attribute_classes[a++]) refuse({file, 0, "vocabulary/" + name}, "another number of classes than the network's");
+    if (contacts_.starts_with("preset:")) preset_ = &contact_preset(contacts_.substr(7));
+    motion_cell::MotionCell cell(network, 0);
+    train::load_weights(nn::parameters_by_path(cell), model.weights, file);
+    sampler_ = std::make_unique<motion_cell::Sampler>(cell);
+  }
+
+  std::string kind() const override { return "motion-cell"; }
+  const std::map<std::string, std::vector<std::string>>& vocabulary() const override { return vocabulary_; }
+  std::shared_ptr<const Skeleton> skeleton() const override { return skeleton_; }
+  double frame_rate_hz() const override { return rate_; }
+  std::string contacts_rule() const override { return contacts_; }
+  std::int64_t default_frames() const override { return default_frames_; }
+
+  std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const override {
+    std::vector<motion_cell::ClipRequest> requests;
+    for (const auto& order : orders) {
+      motion_cell::ClipRequest r;
+      r.seed = settings.seed;
+      r.stream = order.stream;
+      r.frames = order.frames;
+      r.schedule.push_back({0, classes_of(order.attributes)});
+      requests.push_back(std::move(r));
+    }
+    motion_cell::SampleOptions options;
+    options.threads = settings.threads;
+    options.sigma_scale = settings.noise_scale;
+    const auto frames = motion_cell::sample_clips(*sampler_, requests, options);
+    std::vector<Clip> clips(orders.size());
+    parallel_for(orders.size(), settings.threads, [&](std::size_t i) { clips[i] = to_clip(frames[i], orders[i]); });
+    return clips;
+  }
+
+ private:
+  std::vector<std::int64_t> classes_of(const Attributes& attributes) const {
+    std::vector<std::int64_t> classes;
+    for (const auto& [name, values] : vocabulary_) {
+      const auto it = attributes.find(name);
+      const auto at = it == attributes.end() ? values.end() : std::find(values.begin(), values.end(), it->second);
+      if (at == values.end()) throw Error(Exit::internal, {}, "attribute " + name + " is not set to a value the model knows");
+      classes.push_back(at - values.begin());
+    }
+    return classes;
+  }
+
+  Clip to_clip(const std::vector<float>& standardised, const ClipOrder& order) const {
+    const auto columns = static_cast<Eigen::Index>(mean_.size());
+    features::FeatureMatrix x(static_cast<Eigen::Index>(order.frames), columns);
+    for (Eigen::Index t = 0; t < x.rows(); ++t)
+      for (Eigen::Index c = 0; c < columns; ++c) {
+        const auto k = static_cast<std::size_t>(c);
+        x(t, c) = static_cast<double>(standardised[static_cast<std::size_t>(t * columns + c)]) * deviation_[k] + mean_[k];
+      }
+    Clip clip = features::decode_motion_cell(x, skeleton_, rate_, representation_);
+    clip.name = order.name;
+    clip.attributes = order.attributes;
+    if (preset_) clip.contacts = label_contacts(clip, *preset_);
+    return clip;
+  }
+
+  std::map<std::string, std::vector<std::string>> vocabulary_;
+  std::shared_ptr<const Skeleton> skeleton_;
+  std::vector<float> mean_, deviation_;
+  features::RotationRepresentation representation_{};
+  double rate_ = 30;
+  std::string contacts_;
+  const ContactPreset* preset_ = nullptr;
+  std::int64_t default_frames_ = 0;
+  std::unique_ptr<motion_cell::Sampler> sampler_;
+};
+
+}  // namespace
+
+std::unique_ptr<Generator> make_motion_cell_generator(const store::ModelFile& model, const std::string& file) { return std::make_unique<MotionCellGenerator>(model, file); }
+
+}  // namespace mocap::generators

@@ -1,0 +1,273 @@
+#include "libmodels/motion_cell/training.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/base/random.hpp"
+#include "libmodels/nn/losses.hpp"
+#include "libmodels/nn/mlp.hpp"
+#include "libmodels/nn/sharded.hpp"
+
+namespace mocap::motion_cell {
+namespace {
+
+using Json = nlohmann::json;
+
+// What a step draws, each kind from a stream of its own.
+enum Draw : std::uint64_t { kBatch = 1, kNoise = 2, kValidation = 3 };
+
+// (B, T) frame mask -> (B, N): a word counts while any of its frames is real.
+torch::Tensor word_mask(const torch::Tensor& mask, std::int64_t word_length) { return mask.view({mask.size(0), -1, word_length}).amax(-1); }
+
+}  // namespace
+
+TrainingConfig TrainingConfig::preset(const std::string& name) {
+  TrainingConfig c;
+  if (name == "paper") return c;
+  if (name != "small") refuse_usage("preset '" + name + "', expected paper or small");
+  c.epochs = 0;
+  c.steps = 4000;
+  c.batch = 32;
+  c.velocity_weight = 0.7;
+  c.windows = {{0, 45}, {0.4, 90}, {0.7, 120}};
+  c.pretraining.steps = 800;
+  return c;
+}
+
+void TrainingConfig::validate(int word_length) const {
+  const auto positive = [](const char* name, double v) {
+    if (!(std::isfinite(v) && v > 0)) refuse_usage(fmt::format("{} is {}, expected a number above 0", name, v));
+  };
+  positive("steps", static_cast<double>(steps));
+  positive("batch", static_cast<double>(batch));
+  positive("reconstruction scale", reconstruction_scale);
+  positive("learning rate", learning_rate.rate);
+  positive("gradient limit", gradient_limit);
+  if (shards < 1 || shards > batch) refuse_usage(fmt::format("{} shards of a batch of {}, expected between 1 and the batch", shards, batch));
+  if (windows.empty() || windows.front().begin > 0) refuse_usage("no window length at the start of the training");
+  for (const auto& w : windows)
+    if (w.frames < word_length || w.frames % word_length != 0) refuse_usage(fmt::format("a window of {} frames, expected a multiple of the {} frames of a word", w.frames, word_length));
+  if (pretraining.steps < 0 || pretraining.steps > steps) refuse_usage(fmt::format("{} steps of word pretraining of {} in all", pretraining.steps, steps));
+}
+
+Json to_json(const TrainingConfig& c) {
+  return Json{{"steps", c.steps},
+              {"epochs", c.epochs},
+              {"batch", c.batch},
+              {"shards", c.shards},
+              {"reconstruction_scale", c.reconstruction_scale},
+              {"root_weight", c.root_weight},
+              {"unit_norm_weight", c.unit_norm_weight},
+              {"velocity_weight", c.velocity_weight},
+              {"joint_weight_floor", c.joint_weight_floor},
+              {"gradient_limit", c.gradient_limit},
+              {"learning_rate", c.learning_rate},
+              {"kl_weight", c.kl_weight},
+              {"own_output", c.own_output},
+              {"windows", c.windows},
+              {"pretraining", c.pretraining},
+              {"seed", c.seed}};
+}
+
+TrainingConfig training_config_from_json(const Json& j) {
+  TrainingConfig c;
+  try {
+    j.at("steps").get_to(c.steps);
+    j.at("epochs").get_to(c.epochs);
+    j.at("batch").get_to(c.batch);
+    j.at("shards").get_to(c.shards);
+    j.at("reconstruction_scale").get_to(c.reconstruction_scale);
+    j.at("root_weight").get_to(c.root_weight);
+    j.at("unit_norm_weight").get_to(c.unit_norm_weight);
+    j.at("velocity_weight").get_to(c.velocity_weight);
+    j.at("joint_weight_floor").get_to(c.joint_weight_floor);
+    j.at("gradient_limit").get_to(c.gradient_limit);
+    j.at("learning_rate").get_to(c.learning_rate);
+    j.at("kl_weight").get_to(c.kl_weight);
+    j.at("own_output").get_to(c.own_output);
+    j.at("windows").get_to(c.windows);
+    j.at("pretraining").get_to(c.pretraining);
+    j.at("seed").get_to(c.seed);
+  } catch (const Json::exception& e) {
+    refuse({{}, 0, "config/training"}, std::string("not the settings of a training: ") + e.what());
+  }
+  return c;
+}
+
+MotionCellTraining::MotionCellTraining(MotionCellConfig network, TrainingConfig config, const train::MotionDataset& data, const train::MotionDataset* validation)
+    : config_(std::move(config)), data_(data), validation_(validation) {
+  if (config_.steps == 0) config_.steps = config_.epochs * ((static_cast<std::int64_t>(data.clips().size()) + config_.batch - 1) / config_.batch);
+  network.joints = data.layout().joints;
+  network.rotation_values = data.layout().rotation_values();
+  network.attribute_classes.clear();
+  for (const auto& [name, values] : data.vocabulary()) network.attribute_classes.push_back(static_cast<int>(values.size()));
+  network.validate();
+  config_.validate(network.word_length);
+  if (network.rotation_values != 4) refuse_usage("only the quaternion representation can be trained so far");
+  cell_ = std::make_unique<MotionCell>(network, config_.seed);
+  const auto tensor = [](const std::vector<float>& v) { return torch::tensor(v, torch::kFloat32); };
+  mean_ = tensor(data.mean());
+  deviation_ = tensor(data.deviation());
+  alpha_ = nn::joint_weights(*data.header().skeleton, config_.joint_weight_floor);
+  const double heaviest = alpha_.max().item<double>();
+  alpha_ = alpha_.narrow(0, 1, network.joints).contiguous();  // the root's rotation is among the six root values
+  root_weights_ = torch::full({network.root_values}, config_.root_weight, torch::kFloat32);
+  root_weights_.narrow(0, 4, 2).fill_(heaviest);
+  padding_ = train::identity_padding(data.layout(), data.mean(), data.deviation());
+}
+
+store::ModelFile MotionCellTraining::describe() const {
+  store::ModelFile file;
+  file.kind = "motion-cell";
+  const auto& header = data_.header();
+  file.config = Json{{"network", motion_cell::to_json(cell_->config())},
+                     {"training", motion_cell::to_json(config_)},
+                     {"representation", text(data_.layout().representation)},
+                     {"frame_rate_hz", header.frame_rate_hz},
+                     {"contacts", header.contacts_rule},
+                     {"default_frames", 140}}
+                    .dump();
+  file.skeleton = header.skeleton;
+  file.mean = data_.mean();
+  file.deviation = data_.deviation();
+  file.train_sources = data_.sources();
+  file.vocabulary = data_.vocabulary();
+  return file;
+}
+
+std::string MotionCellTraining::identity() const {
+  return Json{{"kind", "motion-cell"},
+              {"data", data_.digest()},
+              {"validation", validation_ ? validation_->digest() : ""},
+              {"network", motion_cell::to_json(cell_->config())},
+              {"training", motion_cell::to_json(config_)}}
+      .dump();
+}
+
+train::NamedTensors MotionCellTraining::parameters() { return nn::parameters_by_path(*cell_); }
+
+std::int64_t MotionCellTraining::steps_per_epoch() const { return (static_cast<std::int64_t>(data_.clips().size()) + config_.batch - 1) / config_.batch; }
+
+double MotionCellTraining::learning_rate(std::int64_t step) const {
+  const auto& p = config_.pretraining;
+  if (!pretraining(step)) return config_.learning_rate.at(step - p.steps, config_.steps - p.steps);
+  return train::LearningRate{p.learning_rate, 0, p.final_factor, config_.learning_rate.warm_up}.at(step, p.steps);
+}
+
+MotionCellTraining::Weights MotionCellTraining::weights(std::int64_t step) const {
+  if (pretraining(step)) return {config_.pretraining.kl_weight, 0, 0};
+  const double progress = static_cast<double>(step - config_.pretraining.steps) / static_cast<double>(config_.steps - config_.pretraining.steps);
+  return {config_.kl_weight.at(progress), config_.own_output.at(progress), progress};
+}
+
+void MotionCellTraining::prepare(std::int64_t step) {
+  step_ = step;
+  const Weights w = weights(step);
+  std::int64_t frames = config_.windows.front().frames, count = config_.batch;
+  for (const auto& stage : config_.windows)
+    if (w.progress >= stage.begin) frames = stage.frames;
+  if (pretraining(step)) {
+    frames = cell_->config().word_length;
+    count = std::max<std::int64_t>(config_.pretraining.batch, config_.shards);
+  }
+  batch_ = train::draw_batch(data_, count, frames, padding_, config_.seed, stream_of(kBatch, static_cast<std::uint64_t>(step)));
+  real_frames_ = batch_.mask.sum().item<double>();
+  real_words_ = word_mask(batch_.mask, cell_->config().word_length).sum().item<double>();
+  packed_ = cell_->pack();
+}
+
+MotionCellTraining::Parts MotionCellTraining::objective(const train::Batch& batch, const CellInput& input, const Weights& w, std::shared_ptr<const PackedCell> packed) const {
+  const auto& network = cell_->config();
+  const CellOutput out = cell_->forward(input, std::move(packed));
+  const std::int64_t b = batch.features.size(0), t = batch.features.size(1), rotations = static_cast<std::int64_t>(network.joints) * network.rotation_values;
+  const auto quaternions = [&](const torch::Tensor& standardised) {
+    return (standardised.narrow(2, 0, rotations) * deviation_.narrow(0, 0, rotations) + mean_.narrow(0, 0, rotations)).view({b, t, network.joints, 4});
+  };
+  const torch::Tensor q = quaternions(out.y), target = quaternions(batch.features);
+  const torch::Tensor angle = nn::geodesic_distance(q, target);  // (B, T, J)
+  const torch::Tensor rotation = torch::matmul(angle, alpha_);
+  const torch::Tensor norm = nn::unit_norm_penalty(q).sum(-1);
+  const torch::Tensor root = torch::matmul((out.y.narrow(2, rotations, network.root_values) - batch.features.narrow(2, rotations, network.root_values)).square(), root_weights_);
+  torch::Tensor frame_loss = rotation + config_.unit_norm_weight * norm + root;
+  double velocity_sum = 0;
+  if (config_.velocity_weight > 0 && t > 1) {
+    const torch::Tensor unit = nn::normalize_quaternions(q);
+    const torch::Tensor side = torch::where((unit.detach() * target).sum(-1, true) < 0, torch::full({}, -1.0f), torch::full({}, 1.0f));
+    const torch::Tensor error = unit * side - target;
+    const torch::Tensor change = error.narrow(1, 1, t - 1) - error.narrow(1, 0, t - 1);
+    // |Delta q| is half an angle: twice it weighs like the distances above. The small constant keeps the slope finite.
+    const torch::Tensor velocity = torch::matmul(2 * (change.square().sum(-1) + 1e-8).sqrt(), alpha_) * batch.mask.narrow(1, 1, t - 1);
+    frame_loss = torch::cat({frame_loss.narrow(1, 0, 1), frame_loss.narrow(1, 1, t - 1) + config_.velocity_weight * velocity}, 1);
+    velocity_sum = velocity.detach().sum().item<double>();
+  }
+  const torch::Tensor kl = (out.kl * word_mask(batch.mask, network.word_length)).sum();
+  Parts parts;
+  parts.loss = config_.reconstruction_scale * (frame_loss * batch.mask).sum() + w.kl * kl;
+  parts.angle = (angle.detach().mean(-1) * batch.mask).sum().item<double>();
+  parts.root = (root.detach() * batch.mask).sum().item<double>();
+  parts.velocity = velocity_sum;
+  parts.kl = kl.item<double>();
+  return parts;
+}
+
+torch::Tensor MotionCellTraining::shard_loss(int shard, train::LossTerms& terms) {
+  const auto& network = cell_->config();
+  const std::int64_t count = batch_.features.size(0), words = batch_.features.size(1) / network.word_length;
+  const auto [first, last] = nn::shard_range(count, config_.shards, shard);
+  const std::int64_t rows = last - first;
+  train::Batch part{batch_.features.narrow(0, first, rows), batch_.mask.narrow(0, first, rows), batch_.classes.narrow(0, first, rows)};
+  const Weights w = weights(step_);
+  Random random(config_.seed, stream_of(kNoise, static_cast<std::uint64_t>(step_), static_cast<std::uint64_t>(shard)));
+  CellInput input;
+  input.x = part.features;
+  input.classes = part.classes;
+  input.posterior_noise = nn::normal_tensor({words, rows, network.latent}, random);
+  input.initial_noise = nn::normal_tensor({rows, 2 * network.hidden}, random);
+  if (w.own_output > 0) {
+    input.replace = torch::empty({words, rows}, torch::kBool);
+    bool* replace = input.replace.data_ptr<bool>();
+    for (std::int64_t i = 0; i < words * rows; ++i) replace[i] = random.uniform() < w.own_output;
+  }
+  const Parts parts = objective(part, input, w, packed_);
+  const double frames = std::max(1.0, real_frames_);
+  terms = {{"loss_per_word", parts.loss.item<double>() / std::max(1.0, real_words_)},
+           {"rotation_deg", parts.angle / frames * 180 / std::numbers::pi},
+           {"root", parts.root / frames},
+           {"velocity", parts.velocity / frames},
+           {"kl_nats_per_word", parts.kl / std::max(1.0, real_words_)},
+           {"kl_weight", w.kl / config_.shards},
+           {"own_output", w.own_output / config_.shards}};
+  return parts.loss / static_cast<double>(count);
+}
+
+std::optional<double> MotionCellTraining::validation_loss() {
+  if (!validation_) return std::nullopt;
+  const torch::NoGradGuard no_grad;
+  const auto& network = cell_->config();
+  const std::int64_t frames = config_.windows.back().frames, words = frames / network.word_length;
+  const auto packed = cell_->pack();
+  // Clips spread evenly over the set, at most 256 of them: the same ones every time.
+  const std::size_t n = validation_->clips().size(), used = std::min<std::size_t>(n, 256);
+  double loss = 0, counted = 0;
+  for (std::size_t begin = 0; begin < used; begin += 64) {
+    std::vector<std::size_t> indices;
+    for (std::size_t i = begin; i < std::min(begin + 64, used); ++i) indices.push_back(i * n / used);
+    const train::Batch batch = train::fixed_batch(*validation_, indices, frames, padding_);
+    Random random(config_.seed, stream_of(kValidation, begin));
+    CellInput input;
+    input.x = batch.features;
+    input.classes = batch.classes;
+    input.posterior_noise = nn::normal_tensor({words, batch.features.size(0), network.latent}, random);
+    input.initial_noise = nn::normal_tensor({batch.features.size(0), 2 * network.hidden}, random);
+    const Parts parts = objective(batch, input, {1, 0, 1}, packed);
+    loss += parts.loss.item<double>();
+    counted += word_mask(batch.mask, network.word_length).sum().item<double>();
+  }
+  return counted > 0 ? std::optional(loss / counted) : std::nullopt;  // per word
+}
+
+}  // namespace mocap::motion_cell
