@@ -4,7 +4,7 @@ BUILD := build/$(PRESET)
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 
-.PHONY: all deps build test demo pipeline bench install docs clean
+.PHONY: all deps tools build test demo pipeline bench install docs clean
 all: build
 
 deps:
@@ -13,22 +13,25 @@ deps:
 $(BUILD)/build.ninja: | deps
 	cmake --preset $(PRESET)
 
+tools: deps $(BUILD)/build.ninja
+	cmake --build $(BUILD) -j $(JOBS) --target tools
+
 build: deps $(BUILD)/build.ninja
 	cmake --build $(BUILD) -j $(JOBS)
 
 test: build
 	cd $(BUILD) && ctest --output-on-failure -j $(JOBS)
 
-demo: build
+demo: tools
 	scripts/demo.sh $(BUILD)/bin
 
-pipeline: build
+pipeline: tools
 	scripts/pipeline.sh $(BUILD)/bin "$(DATA)" "$(LABELS)" "$(OUT)"
 
 bench: build
 	scripts/bench.sh $(BUILD)
 
-docs: build
+docs: tools
 	scripts/generate-docs.sh $(BUILD)/bin
 
 install: build

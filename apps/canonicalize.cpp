@@ -51,7 +51,7 @@ class Canonicalize final : public cli::Tool {
   void options(CLI::App& app) override {
     reading_.add(app);
     app.add_option("--labels", labels_, "tab-separated table: file, then attributes; with start and end rows become segments")->check(cli::path("FILE.tsv"));
-    app.add_option("--fps", options_.rate_hz, "frame rate of the output")->check(cli::positive("HZ"))->capture_default_str();
+    app.add_option("--fps", options_.rate_hz, "frame rate of the output")->check(cli::between(0.1, 10000, "HZ"))->capture_default_str();
     app.add_option("--phases", phases_, "of a higher source rate: the first decimation offset, or all, each a clip")->check(cli::one_of({"first", "all"}))->capture_default_str();
     app.add_option("--contacts", options_.contacts, "rule that labels foot contacts")->check(cli::one_of(preset_names()))->capture_default_str();
     app.add_option("--min-seconds", options_.min_seconds, "refuse shorter clips")->check(cli::non_negative("SECONDS"))->capture_default_str();
@@ -63,6 +63,10 @@ class Canonicalize final : public cli::Tool {
     std::optional<formats::Labels> labels;
     if (!labels_.empty()) labels = formats::Labels::read(labels_);
 
+    if (done_before(context, labels)) {
+      log::info("{} is up to date", context.common().output);
+      return Exit::ok;
+    }
     store::ArchiveHeader header;
     header.skeleton = canonical_body();
     header.frame_rate_hz = options_.rate_hz;
@@ -70,7 +74,7 @@ class Canonicalize final : public cli::Tool {
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
     std::set<std::string> names;
     std::vector<HistoryInput> inputs;
-    if (labels) inputs.push_back({labels_.substr(labels_.rfind('/') + 1), labels->sha256()});
+    if (labels) inputs.push_back({base_name(labels_), labels->sha256()});
     std::size_t frames = 0, unlabelled = 0;
     double seconds = 0;
     const auto finish_clip = [&](Clip& clip) {
@@ -109,6 +113,24 @@ class Canonicalize final : public cli::Tool {
   }
 
  private:
+  // --skip-existing: an archive is one output, so it is done where it was made by this command from these very files.
+  bool done_before(cli::Context& context, const std::optional<formats::Labels>& labels) const {
+    if (!context.common().skip_existing || context.common().output == "-") return false;
+    std::vector<HistoryInput> now;
+    if (labels) now.push_back({base_name(labels_), labels->sha256()});
+    for (const auto& file : context.inputs()) {
+      Digest digest{};
+      try {
+        if (file.path != "-") (void)read_file(file.path, std::size_t{1} << 36, &digest);
+      } catch (const Error&) {  // its turn comes: the archive was not made from it
+      }
+      now.push_back({file.label, to_hex(digest)});
+    }
+    return context.up_to_date(context.common().output, context.history_entry(std::move(now)), [](const std::string& path) { return store::ArchiveReader(path).header().history; });
+  }
+
+  static std::string base_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
   static std::vector<std::string> preset_names() {
     std::vector<std::string> names;
     for (const auto& p : contact_presets()) names.push_back(p.name);

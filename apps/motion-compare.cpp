@@ -19,6 +19,7 @@ std::vector<Clip> load(const std::string& path) {
   const auto input = formats::open_motion(path, path);
   std::vector<Clip> clips;
   for (std::size_t i = 0; i < input->size(); ++i) clips.push_back(input->read(i));
+  if (clips.empty()) refuse({path, 0, {}}, "0 clips, expected at least one");
   return clips;
 }
 
@@ -61,6 +62,10 @@ class MotionCompare final : public cli::Tool {
       by_ = common_attributes(sets.back().second);
     else if (by_ == std::vector<std::string>{"none"})
       by_.clear();
+    for (const auto& name : by_)
+      for (const auto& [set, clips] : sets)
+        if (set != "unseen" && std::none_of(clips.begin(), clips.end(), [&](const Clip& c) { return c.attributes.contains(name); }))
+          refuse({set == "real" ? real_ : context.inputs()[0].path, 0, {}}, "no clip has the attribute '" + name + "', expected those of --by");
     nearest_.match = by_;
     for (const auto& [name, clips] : sets)
       if (clips.at(0).joints() != real_clips_.at(0).joints() || clips[0].frame_rate_hz != real_clips_[0].frame_rate_hz)
@@ -122,8 +127,8 @@ class MotionCompare final : public cli::Tool {
         if (name != "real") row["nearest_training"] = nearest;
         rows_.push_back(row);
       } else {
-        context.print(fmt::format("{:<28}{:<11}{:>6}{:>8}{:>8.3f}{:>7.2f}{:>15}{:>7.2f}{:>7.3f}{:>7.1f}%{:>9}\n", label, name, s.clips, s.frames, s.energy, s.energy / real_energy,
-                                  fmt::format("{:.2f} - {:.2f}", s.root_height_low, s.root_height_high), s.root_speed, s.skate_mps, 100 * frozen_share,
+        context.print(fmt::format("{:<28}{:<11}{:>6}{:>8}{:>8.3f}{:>7}{:>15}{:>7.2f}{:>7.3f}{:>7.1f}%{:>9}\n", label, name, s.clips, s.frames, s.energy,
+                                  real_energy > 0 ? fmt::format("{:.2f}", s.energy / real_energy) : std::string("-"), fmt::format("{:.2f} - {:.2f}", s.root_height_low, s.root_height_high), s.root_speed, s.skate_mps, 100 * frozen_share,
                                   std::isnan(nearest) ? std::string("-") : fmt::format("{:.3f}", nearest)));
       }
     }

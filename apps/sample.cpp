@@ -69,8 +69,8 @@ class Sample final : public cli::Tool {
     settings.threads = context.threads();
     settings.noise_scale = noise_scale_;
     const int digits = static_cast<int>(std::to_string(count_ - 1).size());
-    // Bounded memory: about a million frames at a time, in whole chunks for every thread.
-    const std::int64_t portion = std::max<std::int64_t>(64 * settings.threads, 1000000 / std::max<std::int64_t>(1, frames) / 64 * 64);
+    // Bounded memory: about a million frames at a time, or one motion where it alone has more.
+    const std::int64_t portion = std::max<std::int64_t>(1, 1000000 / frames);
     for (std::int64_t first = 0; first < count_; first += portion) {
       std::vector<generators::ClipOrder> orders;
       for (std::int64_t i = first; i < std::min(first + portion, count_); ++i) {

@@ -48,7 +48,7 @@ class TrainVrnn final : public cli::Tool {
 
   void options(CLI::App& app) override {
     app.add_option("--preset", preset_, "sizes and schedules: paper (Table 1, 1,600 epochs) or small (GRU cells of 256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
-    app.add_option("--attribute", attributes_, "attribute to condition on (repeatable; default: all that label every clip, but subject)");
+    app.add_option("--attribute", attributes_, "attribute to condition on (repeatable; default: all that label at least half of the clips, but subject; clips without them are left out)");
     app.add_option("--val", validation_, "archive whose loss is logged, without effect on the weights")->check(cli::path());
     app.add_option("--steps", steps_, "optimiser steps, word pretraining included")->check(cli::whole(1, 1000000000, "STEPS"));
     app.add_option("--epochs", epochs_, "passes over the clips, instead of --steps")->check(cli::whole(1, 1000000000, "EPOCHS"));
@@ -78,7 +78,8 @@ class TrainVrnn final : public cli::Tool {
     const std::string& input = context.inputs().at(0).path;
     const train::MotionDataset data(input, features::RotationRepresentation::quaternion, attributes_);
     if (data.vocabulary().empty())
-      refuse({input, 0, {}}, "no attribute labels every clip, expected at least one to condition on", "give `canonicalize --labels` a table, or name one with --attribute");
+      refuse({input, 0, {}}, "no attribute labels half of the clips or more, expected at least one to condition on", "give `canonicalize --labels` a table, or name one with --attribute");
+    if (data.left_out() > 0) log::warn("{} of {} clips are left out: they lack a label", data.left_out(), data.left_out() + data.clips().size());
     std::unique_ptr<train::MotionDataset> validation;
     if (!validation_.empty()) validation = std::make_unique<train::MotionDataset>(validation_, features::RotationRepresentation::quaternion, attributes_, &data);
     motion_cell::MotionCellTraining training(motion_cell::MotionCellConfig::preset(preset_), config, data, validation.get());

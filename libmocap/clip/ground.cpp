@@ -15,11 +15,12 @@ struct FootTrack {  // one point of one foot over time
   double sole_height = 0;  // of the joint above the sole
 
   double height(std::size_t t) const { return position[t].z() - sole_height; }
-  // Central difference; the ends take the neighbour's.
+  // The slower of the steps to either side: a foot that stands for four frames between two flights is still in all four.
   double speed(std::size_t t, double rate_hz) const {
-    if (position.size() < 2) return 0;
-    const std::size_t a = t == 0 ? 0 : t - 1, b = std::min(t + 1, position.size() - 1);
-    return (position[b] - position[a]).norm() * rate_hz / static_cast<double>(b - a);
+    double slowest = std::numeric_limits<double>::infinity();
+    if (t > 0) slowest = std::min(slowest, (position[t] - position[t - 1]).norm());
+    if (t + 1 < position.size()) slowest = std::min(slowest, (position[t + 1] - position[t]).norm());
+    return std::isfinite(slowest) ? slowest * rate_hz : 0;
   }
 };
 

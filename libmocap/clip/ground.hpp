@@ -16,7 +16,7 @@ double floor_height(const Clip& clip);
 double set_on_ground(Clip& clip);
 
 // A contact rule in physical units: the foot is down while its toe base or its ankle is slower than speed_mps and its sole
-// point lower than height_m; a foot that is down stays down until both exceed (1 + hysteresis) times the limits.
+// point lower than height_m (speed: of the slower step to either side); a foot that is down stays down until both exceed (1 + hysteresis) times the limits.
 // Runs and gaps shorter than min_seconds are removed.
 struct ContactPreset {
   std::string name;

@@ -1,6 +1,9 @@
 #include "libmodels/generators/motion_cell_generator.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "libmocap/base/error.hpp"
@@ -15,29 +18,34 @@
 namespace mocap::generators {
 namespace {
 
+constexpr double kMostHz = 10000;
+constexpr std::int64_t kMostFrames = 1000000;  // of the model's default
+
 class MotionCellGenerator final : public Generator {
  public:
   MotionCellGenerator(const store::ModelFile& model, const std::string& file) : vocabulary_(model.vocabulary), skeleton_(model.skeleton), mean_(model.mean), deviation_(model.deviation) {
-    motion_cell::MotionCellConfig network;
-    try {
-      const auto config = nlohmann::json::parse(model.config);
-      network = motion_cell::config_from_json(config.at("network"));
-      representation_ = features::parse_representation(config.at("representation").get<std::string>());
-      config.at("frame_rate_hz").get_to(rate_);
-      config.at("contacts").get_to(contacts_);
-      config.at("default_frames").get_to(default_frames_);
-    } catch (const nlohmann::json::exception& e) {
-      refuse({file, 0, "config"}, std::string("not the configuration of a Motion Cell: ") + e.what());
-    }
-    const auto columns = static_cast<std::size_t>(network.features());
+    const motion_cell::MotionCellConfig network = read_config(model.config, file);
+    const auto columns = static_cast<std::int64_t>(network.joints) * network.rotation_values + network.root_values;
     if (!skeleton_ || skeleton_->joint_count() - 1 != network.joints) refuse({file, 0, "skeleton"}, "another number of joints than the network's");
-    if (mean_.size() != columns || deviation_.size() != columns)
+    if (network.rotation_values != static_cast<int>(representation_) || network.root_values != features::kRootValues)
+      refuse({file, 0, "config"}, "another number of values in a frame than the representation " + features::text(representation_) + " has");
+    if (static_cast<std::int64_t>(mean_.size()) != columns || static_cast<std::int64_t>(deviation_.size()) != columns)
       refuse({file, 0, "normalization"}, std::to_string(mean_.size()) + " means, expected " + std::to_string(columns));
+    const auto finite = [](float v) { return std::isfinite(v); };
+    if (!std::all_of(mean_.begin(), mean_.end(), finite) || !std::all_of(deviation_.begin(), deviation_.end(), [&](float v) { return finite(v) && v > 0; }))
+      refuse({file, 0, "normalization"}, "a mean that is not finite or a deviation that is not above 0");
     if (vocabulary_.size() != network.attribute_classes.size()) refuse({file, 0, "vocabulary"}, "another number of attributes than the network's");
     std::size_t a = 0;
     for (const auto& [name, values] : vocabulary_)
       if (static_cast<int>(values.size()) != network.attribute_classes[a++]) refuse({file, 0, "vocabulary/" + name}, "another number of classes than the network's");
-    if (contacts_.starts_with("preset:")) preset_ = &contact_preset(contacts_.substr(7));
+    std::int64_t stored = 0;
+    for (const auto& [name, tensor] : model.weights) {
+      stored += static_cast<std::int64_t>(tensor.values.size());
+      if (!std::all_of(tensor.values.begin(), tensor.values.end(), finite)) refuse({file, 0, "weights/" + name}, "a value that is not finite");
+    }
+    // Before a network of these sizes is built: a few numbers in a small file must not ask for all memory.
+    if (stored != motion_cell::MotionCell::parameter_count(network))
+      refuse({file, 0, "weights"}, std::to_string(stored) + " values, expected the " + std::to_string(motion_cell::MotionCell::parameter_count(network)) + " of the network in config");
     motion_cell::MotionCell cell(network, 0);
     train::load_weights(nn::parameters_by_path(cell), model.weights, file);
     sampler_ = std::make_unique<motion_cell::Sampler>(cell);
@@ -70,6 +78,26 @@ class MotionCellGenerator final : public Generator {
   }
 
  private:
+  motion_cell::MotionCellConfig read_config(const std::string& text, const std::string& file) {
+    try {
+      const auto config = nlohmann::json::parse(text);
+      representation_ = features::parse_representation(config.at("representation").get<std::string>());
+      config.at("frame_rate_hz").get_to(rate_);
+      config.at("contacts").get_to(contacts_);
+      const auto& frames = config.at("default_frames");
+      if (!frames.is_number_integer() || frames.get<double>() < 1 || frames.get<double>() > kMostFrames)
+        refuse({}, fmt::format("default_frames is not a whole number in 1..{}", kMostFrames));
+      frames.get_to(default_frames_);
+      if (!(rate_ > 0 && rate_ <= kMostHz)) refuse({}, fmt::format("frame_rate_hz is {}, expected a number above 0, at most {}", rate_, kMostHz));
+      if (contacts_.starts_with("preset:")) preset_ = &contact_preset(contacts_.substr(7));
+      return motion_cell::config_from_json(config.at("network"));
+    } catch (const nlohmann::json::exception& e) {
+      refuse({file, 0, "config"}, std::string("not the configuration of a Motion Cell: ") + e.what());
+    } catch (const Error& e) {  // also what would be the user's mistake on a command line
+      refuse({file, 0, "config"}, e.message());
+    }
+  }
+
   std::vector<std::int64_t> classes_of(const Attributes& attributes) const {
     std::vector<std::int64_t> classes;
     for (const auto& [name, values] : vocabulary_) {

@@ -5,7 +5,7 @@
 //       sum_k alpha_k d1(q_k, q~_k)                          eq. 17 and 22; alpha_k by eq. 23, metres
 //     + c_norm sum_k | |q~_k|^2 - 1 |                        eq. 26
 //     + sum_r w_r (x_r - x~_r)^2                             root values, standardised
-//     + c_v sum_k alpha_k |Delta q_k - Delta q~_k|           change from frame to frame, across words too
+//     + c_v sum_k alpha_k 2 |Delta q_k - Delta q~_k|         change from frame to frame, across words too (|Delta q| is half an angle)
 // The paper gives the six root values no loss and the last term does not exist there: w_r = root_weight for velocities,
 // height and yaw rate, and the weight of the heaviest joint for the two tilts; c_v is 0 in the preset `paper`. S weighs
 // reconstruction against a KL weight of 1; the paper's own scale is lost with its supplement's figure. Sums over words

@@ -46,7 +46,8 @@ void Checkpoints::write(Trainable& model, const Adam& adam, Json state) {
 
 Json training_state_of(const store::ModelFile& model, const std::string& file) {
   if (!model.has_training) refuse({file, 0, "training"}, "absent, expected a checkpoint's state");
-  Json state = Json::parse(model.training_state, nullptr, false);
+  // Comparing and printing JSON recurses: nothing of a training's state is nested deeply.
+  Json state = Json::parse(model.training_state, [](int depth, Json::parse_event_t, Json&) { return depth < 32; }, false);
   const auto whole = [&](const char* key) { return state.contains(key) && state[key].is_number_integer() && state[key].get<double>() >= 0; };
   if (!state.is_object() || !whole("step") || !state.contains("identity") || !state["identity"].is_object())
     refuse({file, 0, "training/state"}, "not the state of a training, expected a step and an identity");

@@ -24,40 +24,41 @@ MotionDataset::MotionDataset(const std::string& path, features::RotationRepresen
       refuse({name, 0, {}}, std::to_string(header_.frame_rate_hz) + " Hz, expected " + std::to_string(like->header_.frame_rate_hz) + " Hz as in the training data");
     vocabulary_ = like->vocabulary_;
   } else {
-    if (attributes.empty()) {
-      std::set<std::string> known;
-      for (std::size_t i = 0; i < reader.size(); ++i)
-        for (const auto& [key, value] : reader.info(i).attributes) known.insert(key);
-      for (const auto& key : known) {
-        std::set<std::string> values;
-        bool everywhere = true;
-        for (std::size_t i = 0; i < reader.size(); ++i) {
-          const auto& a = reader.info(i).attributes;
-          const auto it = a.find(key);
-          everywhere = everywhere && it != a.end() && !it->second.empty();
-          if (it != a.end()) values.insert(it->second);
-        }
+    std::map<std::string, std::map<std::string, std::size_t>> counts;  // attribute -> value -> clips
+    for (std::size_t i = 0; i < reader.size(); ++i)
+      for (const auto& [key, value] : reader.info(i).attributes)
+        if (!value.empty()) ++counts[key][value];
+    if (attributes.empty())
+      for (const auto& [key, values] : counts) {
+        std::size_t labelled = 0;
+        for (const auto& [value, n] : values) labelled += n;
         // A subject's or file's name is no class to generate from: with hundreds of values it is an identifier.
-        if (everywhere && values.size() <= 32 && key != "subject") attributes.push_back(key);
+        if (2 * labelled >= reader.size() && values.size() <= 32 && key != "subject") attributes.push_back(key);
       }
-    }
     for (const auto& key : attributes) {
-      std::set<std::string> values;
-      for (std::size_t i = 0; i < reader.size(); ++i) {
-        const auto& a = reader.info(i).attributes;
-        const auto it = a.find(key);
-        if (it == a.end() || it->second.empty())
-          refuse({name, 0, "clip " + reader.info(i).name}, "no attribute '" + key + "', expected every clip to be labelled", "leave unlabelled clips out, or train without --attribute " + key);
-        values.insert(it->second);
-      }
-      vocabulary_[key].assign(values.begin(), values.end());
+      if (!counts.contains(key)) refuse({name, 0, {}}, "no clip has an attribute '" + key + "'");
+      vocabulary_[key];
     }
   }
+  std::vector<std::size_t> labelled;  // clips that have every attribute of the vocabulary
+  for (std::size_t i = 0; i < reader.size(); ++i) {
+    const auto& a = reader.info(i).attributes;
+    const auto has = [&](const auto& item) { return a.contains(item.first) && !a.at(item.first).empty(); };
+    if (std::all_of(vocabulary_.begin(), vocabulary_.end(), has)) labelled.push_back(i);
+  }
+  left_out_ = reader.size() - labelled.size();
+  if (labelled.empty()) refuse({name, 0, {}}, "no clip has all the attributes asked for");
+  if (!like)
+    for (auto& [key, values] : vocabulary_) {
+      std::set<std::string> seen;
+      for (const std::size_t i : labelled) seen.insert(reader.info(i).attributes.at(key));
+      values.assign(seen.begin(), seen.end());
+    }
 
   features::FeatureStatistics statistics(layout_);
   std::vector<features::FeatureMatrix> raw;
   std::set<std::string> sources;
-  for (std::size_t i = 0; i < reader.size(); ++i) {
+  for (const std::size_t i : labelled) {
     const auto& info = reader.info(i);
     LabelledFeatures clip;
     clip.name = info.name;
@@ -71,7 +72,7 @@ MotionDataset::MotionDataset(const std::string& path, features::RotationRepresen
     if (!info.source.sha256.empty()) sources.insert(info.source.sha256);
     raw.push_back(features::encode_motion_cell(reader.read(i), representation));
     statistics.add(raw.back());
-    combinations_[clip.classes].push_back(i);
+    combinations_[clip.classes].push_back(clips_.size());
     clips_.push_back(std::move(clip));
   }
   // The archive's own digest knows neither labels nor the order of the clips; both decide the batches.
@@ -81,8 +82,8 @@ MotionDataset::MotionDataset(const std::string& path, features::RotationRepresen
     digest.update("\n" + key);
     for (const auto& value : values) digest.update("\t" + value);
   }
-  for (std::size_t i = 0; i < reader.size(); ++i) {
-    digest.update("\n" + reader.info(i).digest);
+  for (std::size_t i = 0; i < labelled.size(); ++i) {
+    digest.update("\n" + reader.info(labelled[i]).digest);
     for (const auto c : clips_[i].classes) digest.update("\t" + std::to_string(c));
   }
   digest_ = to_hex(digest.finish());

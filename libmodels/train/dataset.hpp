@@ -21,7 +21,8 @@ struct LabelledFeatures {
   std::vector<std::int64_t> classes;  // one per attribute of the vocabulary, in its order
 };
 
-// Features of all clips of an archive. `attributes`: which of the archive's to use; empty: all that label every clip.
+// Features of the labelled clips of an archive. `attributes`: which of the archive's to use; empty: all that label at least
+// half of the clips and have at most 32 values, but `subject`. Clips that lack one of them are left out and counted.
 // With `like`, vocabulary and statistics are those of another data set (a validation or test split).
 class MotionDataset {
  public:
@@ -37,6 +38,7 @@ class MotionDataset {
   const std::string& digest() const { return digest_; }  // of motions, their order, labels and vocabulary, hexadecimal
   const std::string& file_sha256() const { return file_sha256_; }
   std::size_t frames() const;
+  std::size_t left_out() const { return left_out_; }  // clips without a label
   // Clips by combination of classes, in the order of the combinations that occur.
   const std::map<std::vector<std::int64_t>, std::vector<std::size_t>>& combinations() const { return combinations_; }
 
@@ -48,6 +50,7 @@ class MotionDataset {
   std::vector<float> mean_, deviation_;
   std::vector<std::string> sources_;
   std::string digest_, file_sha256_;
+  std::size_t left_out_ = 0;
   std::map<std::vector<std::int64_t>, std::vector<std::size_t>> combinations_;
 };
 
