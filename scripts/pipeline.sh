@@ -30,7 +30,7 @@ run train-vrnn "$out/split/train.h5" --val "$out/split/val.h5" --preset "${PRESE
 say "4. sample"
 run sample -m "$out/model.h5" -n "${SAMPLES:-64}" --frames "${FRAMES:-140}" --seed "${SEED:-1}" -f -o "$out/samples.h5"
 run render "$out/split/test.h5" --compare "$out/samples.h5" -f -o "$out/strips.png"
-run export "$out/samples.h5" -f -o "$out/bvh"
+run motion-export "$out/samples.h5" -f -o "$out/bvh"
 
 say "5. what came out"
 {
