@@ -47,7 +47,7 @@
 0 true motion-export one.h5 -o one.npz && canonicalize -q one.npz -o back.h5 && ./q 'np.abs(load(f0)["frames_root_position"] - load(f1)["frames_root_position"]).max() < 1e-4' one.h5 back.h5
 0 true ./q '(2 * np.arccos(np.clip(np.abs((load(f0)["frames_rotations"].astype(float) * load(f1)["frames_rotations"]).sum(-1)), 0, 1))).max() < 1e-3' one.h5 back.h5
 0 true ./q 'np.abs(np.abs(load(f0)["frames_rotations"]) - np.abs(load(f1)["frames_rotations"])).max() < 1e-5' one.h5 back.h5
-3 ~^export:.good\.bvh motion-export good.bvh --format npz -o x.npz
+3 ~^motion-export:.good\.bvh motion-export good.bvh --format npz -o x.npz
 
 # usage
 2 ~no.input.given motion-export
