@@ -74,10 +74,14 @@ class MotionCompare final : public cli::Tool {
     if (!context.common().json)
       context.print(fmt::format("{:<28}{:<11}{:>6}{:>8}{:>8}{:>7}{:>15}{:>7}{:>7}{:>8}{:>9}\n", "group", "set", "clips", "frames", "energy", "ratio", "root height m", "m/s", "skate",
                                 "frozen", "nearest"));
+    // What was not generated has nothing to be compared with.
     std::set<std::vector<std::string>> groups;
-    for (const Clip& c : real_clips_) groups.insert(key(c));
-    for (const auto& g : groups)
-      if (!by_.empty()) table(context, sets, g);
+    for (const Clip& c : sets.back().second) groups.insert(key(c));
+    for (auto& [name, clips] : sets) std::erase_if(clips, [&](const Clip& c) { return !groups.contains(key(c)); });
+    if (sets[0].second.empty()) refuse({real_, 0, {}}, "no clip has the attributes of a generated one, expected motion to compare with");
+    real_clips_ = sets[0].second;
+    if (!by_.empty())
+      for (const auto& g : groups) table(context, sets, g);
     table(context, sets, std::nullopt);
     if (context.common().json) context.print(nlohmann::ordered_json{{"rows", rows_}}.dump(2) + "\n");
     return Exit::ok;

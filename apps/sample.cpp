@@ -41,16 +41,17 @@ class Sample final : public cli::Tool {
   std::vector<std::string> version_lines() const override { return {nn::compute_libraries()}; }
 
   void options(CLI::App& app) override {
-    app.add_option("-m,--model", model_, "trained model")->required()->check(cli::path());
+    app.add_option("-m,--model", model_, "trained model; '-' reads standard input")->required()->check(cli::path());
     app.add_option("-n,--count", count_, "motions in all")->check(cli::whole(1, 100000000, "COUNT"))->capture_default_str();
-    app.add_option("--frames", frames_, "frames of each motion (default: the model's)")->check(cli::whole(1, 100000000, "FRAMES"));
+    app.add_option("--frames", frames_, "frames of each motion (default: the model's)")->check(cli::whole(1, 1000000, "FRAMES"));
     app.add_option("--attr", attributes_, "NAME=VALUE to generate (repeatable; several values of a name are all used; default: all combinations equally)");
     app.add_option("--noise-scale", noise_scale_, "factor on the latent noise: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
   }
 
   Exit run(cli::Context& context) override {
     nn::use_one_blas_thread();
-    const store::ModelFile model = store::read_model(model_);
+    std::string digest;
+    const store::ModelFile model = store::read_model(model_, &digest);
     const auto generator = generators::make_generator(model, model_);
     const auto combinations = chosen_combinations(*generator);
     const std::int64_t frames = frames_.value_or(generator->default_frames());
@@ -60,8 +61,7 @@ class Sample final : public cli::Tool {
     header.frame_rate_hz = generator->frame_rate_hz();
     header.contacts_rule = generator->contacts_rule().starts_with("preset:") ? generator->contacts_rule() : "";
     header.history = model.history;
-    const std::string digest = to_hex(sha256(read_file(model_)));
-    header.history.push_back(context.history_entry({{model_.substr(model_.rfind('/') + 1), digest}}));
+    header.history.push_back(context.history_entry({{model_ == "-" ? "<stdin>" : model_.substr(model_.rfind('/') + 1), digest}}));
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
 
     generators::SampleSettings settings;

@@ -8,5 +8,5 @@ began=$(date +%s)
 rm -rf "$out"
 mkdir -p "$out"
 "$bin/make-corpus" --subjects "${SUBJECTS:-20}" --seconds 5 -o "$out/corpus"
-SPLIT_BY=subject STEPS=${STEPS:-2400} "$here/pipeline.sh" "$bin" "$out/corpus" "$out/corpus/labels.tsv" "$out"
+SPLIT_BY=subject STEPS=${STEPS:-3000} "$here/pipeline.sh" "$bin" "$out/corpus" "$out/corpus/labels.tsv" "$out"
 printf 'time             %d s\n' $(($(date +%s) - began))

@@ -20,6 +20,8 @@ using Json = nlohmann::json;
 // What a step draws, each kind from a stream of its own.
 enum Draw : std::uint64_t { kBatch = 1, kNoise = 2, kValidation = 3 };
 
+constexpr std::int64_t kMostBatchFrames = 1 << 20;  // some gigabytes at the paper's sizes
+
 // (B, T) frame mask -> (B, N): a word counts while any of its frames is real.
 torch::Tensor word_mask(const torch::Tensor& mask, std::int64_t word_length) { return mask.view({mask.size(0), -1, word_length}).amax(-1); }
 
@@ -49,8 +51,11 @@ void TrainingConfig::validate(int word_length) const {
   positive("gradient limit", gradient_limit);
   if (shards < 1 || shards > batch) refuse_usage(fmt::format("{} shards of a batch of {}, expected between 1 and the batch", shards, batch));
   if (windows.empty() || windows.front().begin > 0) refuse_usage("no window length at the start of the training");
-  for (const auto& w : windows)
+  for (const auto& w : windows) {
+    if (w.frames > kMostBatchFrames / batch)
+      refuse_usage(fmt::format("{} clips of {} frames in a batch, expected at most {} frames in all", batch, w.frames, kMostBatchFrames));
     if (w.frames < word_length || w.frames % word_length != 0) refuse_usage(fmt::format("a window of {} frames, expected a multiple of the {} frames of a word", w.frames, word_length));
+  }
   if (pretraining.steps < 0 || pretraining.steps > steps) refuse_usage(fmt::format("{} steps of word pretraining of {} in all", pretraining.steps, steps));
 }
 

@@ -84,7 +84,7 @@ MotionDataset::MotionDataset(const std::string& path, features::RotationRepresen
   }
   for (std::size_t i = 0; i < labelled.size(); ++i) {
     digest.update("\n" + reader.info(labelled[i]).digest);
-    for (const auto c : clips_[i].classes) digest.update("\t" + std::to_string(c));
+    for (const auto c : clips_[i].classes) digest.update(std::to_string(c) + "\t");
   }
   digest_ = to_hex(digest.finish());
   sources_.assign(sources.begin(), sources.end());

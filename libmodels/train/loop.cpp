@@ -45,9 +45,7 @@ bool finished_before(Trainable& model, const std::string& output) {
   return true;
 }
 
-}  // namespace
-
-LoopResult train(Trainable& model, const LoopOptions& options, const std::function<void(const Progress&)>& on_progress) {
+LoopResult run(Trainable& model, const LoopOptions& options, const std::function<void(const Progress&)>& on_progress) {
   if (options.output == "-") refuse_usage("a training writes a model, checkpoints and a log side by side, expected -o FILE, not '-'");
   Checkpoints checkpoints(options.output);
   const std::int64_t steps = model.steps(), per_epoch = std::max<std::int64_t>(1, model.steps_per_epoch());
@@ -134,6 +132,17 @@ LoopResult train(Trainable& model, const LoopOptions& options, const std::functi
   result.finished = true;
   result.step = step;
   return result;
+}
+
+}  // namespace
+
+LoopResult train(Trainable& model, const LoopOptions& options, const std::function<void(const Progress&)>& on_progress) {
+  try {
+    return run(model, options, on_progress);
+  } catch (const c10::Error& e) {  // LibTorch's own text carries a stack trace
+    const std::string text = e.what_without_backtrace();
+    throw Error(Exit::internal, {options.output, 0, {}}, text.substr(0, text.find('\n')));
+  }
 }
 
 }  // namespace mocap::train

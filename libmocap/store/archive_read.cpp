@@ -1,0 +1,197 @@
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/store/archive.hpp"
+#include "libmocap/store/archive_state.hpp"
+#include "libmocap/store/common_parts.hpp"
+#include "libmocap/store/frames.hpp"
+
+namespace mocap::store {
+namespace {
+
+std::string clip_object(const ClipInfo& clip) { return "clip " + clip.name; }
+
+// Puts a group's attribute columns on its rows; "" is unlabelled.
+template <class Row>
+void read_attributes(const h5::Reader& in, const std::string& group, std::vector<Row>& rows, const std::function<Attributes&(Row&)>& of) {
+  for (const auto& link : in.list(group)) {
+    const auto column = in.strings(group + "/" + link, {rows.size()});
+    const std::string name = h5::unescape_link(link);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      if (!column[i].empty()) of(rows[i]).emplace(name, column[i]);
+  }
+}
+
+}  // namespace
+
+ArchiveReader::State::State(const std::string& path) : in(path, "motion archive") {
+  const Complete complete = parse_complete(in, in.require_format(kMotionFormat, kFormatVersion), "clips");
+  for (const auto& [name, value] : {std::pair{"length_unit", "m"}, {"angle_unit", "rad"}, {"up_axis", "z"}, {"forward_axis", "x"}, {"quaternion_order", "wxyz"}})
+    in.require_attribute(name, value);
+  header.frame_rate_hz = in.double_attribute("frame_rate_hz").value_or(0);
+  if (!(std::isfinite(header.frame_rate_hz) && header.frame_rate_hz > 0))
+    in.refuse("attribute frame_rate_hz", std::to_string(header.frame_rate_hz) + ", expected a finite number above 0");
+  header.contacts_rule = in.text_attribute("contacts").value_or("");
+  header.skeleton = read_skeleton(in);
+  header.history = read_history(in);
+  read_index(complete);
+  open_frames();
+  read_segments();
+  read_path_sizes();
+}
+
+void ArchiveReader::State::read_index(const Complete& complete) {
+  const auto names = in.strings("/clips/name", {h5::kAny});
+  const std::size_t n = names.size();
+  if (n == 0) in.refuse("clips/name", "no clips, expected at least one");
+  if (complete.count != n) in.refuse("clips/name", std::to_string(n) + " clips, expected " + std::to_string(complete.count) + " as the attribute complete says");
+  const h5::Shape rows{n};
+  const auto start = in.values<std::int64_t>("/clips/start", rows), length = in.values<std::int64_t>("/clips/length", rows);
+  const auto source = in.strings("/clips/source", rows), sha256 = in.strings("/clips/source_sha256", rows);
+  const auto from = in.values<double>("/clips/source_start", rows), to = in.values<double>("/clips/source_end", rows);
+  const auto rate = in.values<double>("/clips/source_frame_rate_hz", rows);
+  const auto phase = in.values<std::int32_t>("/clips/phase", rows);
+  const auto mirrored = in.values<std::uint8_t>("/clips/mirrored", rows);
+  const auto bytes = in.values<std::uint8_t>("/clips/digest", {n, 32});
+  std::vector<Digest> digests(n);
+  clips.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    ClipInfo& c = clips[i];
+    c.name = names[i];
+    if (c.name.empty()) in.refuse("clips/name", "row " + std::to_string(i) + " is empty");
+    if (!by_name.emplace(c.name, i).second) in.refuse(clip_object(c), "the name occurs twice, expected unique names");
+    c.start = start[i];
+    c.length = length[i];
+    if (!std::isfinite(from[i]) || !std::isfinite(to[i]) || !std::isfinite(rate[i])) in.refuse(clip_object(c), "source times or rate that are not finite");
+    c.source = {source[i], sha256[i], from[i], to[i], rate[i], phase[i], mirrored[i] != 0};
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(32 * i), 32, digests[i].begin());
+    c.digest = to_hex(digests[i]);
+  }
+  digest = to_hex(combined_digest(std::move(digests)));
+  if (digest != complete.digest) in.refuse("clips/digest", "the digests do not fit the attribute complete: the file is damaged");
+  read_attributes<ClipInfo>(in, "/clips/attributes", clips, [](ClipInfo& c) -> Attributes& { return c.attributes; });
+}
+
+void ArchiveReader::State::open_frames() {
+  const std::uint64_t joints = static_cast<std::uint64_t>(header.skeleton->joint_count());
+  rotations.emplace(in.open("/frames/rotations"));
+  rotations->require(h5::Type::f32, {h5::kAny, joints, 4});
+  const std::uint64_t frames = rotations->shape()[0];
+  root_position.emplace(in.open("/frames/root_position"));
+  root_position->require(h5::Type::f32, {frames, 3});
+  if (in.has("/frames/contacts")) {
+    if (header.contacts_rule.empty()) in.refuse("attribute contacts", "missing, expected the rule of /frames/contacts");
+    contacts.emplace(in.open("/frames/contacts"));
+    contacts->require(h5::Type::u8, {frames, 2});
+  } else if (!header.contacts_rule.empty()) {
+    in.refuse("frames/contacts", "missing, expected contacts by rule " + header.contacts_rule);
+  }
+  const auto rows = static_cast<std::int64_t>(frames);
+  for (const ClipInfo& c : clips)
+    if (c.start < 0 || c.length < 1 || c.start >= rows || c.length > rows - c.start)
+      in.refuse(clip_object(c), "frames " + std::to_string(c.start) + " + " + std::to_string(c.length) + ", expected rows of the " + std::to_string(rows) + " stored");
+}
+
+void ArchiveReader::State::read_segments() {
+  if (!in.has("/segments")) return;
+  const auto clip = in.values<std::int64_t>("/segments/clip", {h5::kAny});
+  const auto start = in.values<std::int64_t>("/segments/start", {clip.size()}), length = in.values<std::int64_t>("/segments/length", {clip.size()});
+  std::vector<Segment> segments(clip.size());
+  for (std::size_t k = 0; k < clip.size(); ++k) {
+    const std::string object = "segments row " + std::to_string(k);
+    if (clip[k] < 0 || clip[k] >= static_cast<std::int64_t>(clips.size())) in.refuse(object, "clip " + std::to_string(clip[k]) + ", expected a row of /clips");
+    const std::int64_t frames = clips[static_cast<std::size_t>(clip[k])].length;
+    if (start[k] < 0 || length[k] < 0 || start[k] > frames || length[k] > frames - start[k])
+      in.refuse(object, "frames " + std::to_string(start[k]) + " + " + std::to_string(length[k]) + ", expected frames of the clip's " + std::to_string(frames));
+    segments[k].start = start[k];
+    segments[k].length = length[k];
+  }
+  read_attributes<Segment>(in, "/segments/attributes", segments, [](Segment& s) -> Attributes& { return s.attributes; });
+  for (std::size_t k = 0; k < clip.size(); ++k) clips[static_cast<std::size_t>(clip[k])].segments.push_back(std::move(segments[k]));
+}
+
+void ArchiveReader::State::read_path_sizes() {
+  for (const auto& link : in.list("/paths")) {
+    const auto row = by_name.find(h5::unescape_link(link));
+    if (row == by_name.end()) continue;
+    const auto points = in.open("/paths/" + link);
+    points.require(h5::Type::f32, {h5::kAny, 2});
+    clips[row->second].path_points = static_cast<std::size_t>(points.shape()[0]);
+  }
+}
+
+ArchiveReader::State::RawClip ArchiveReader::State::read_raw(std::size_t i) const {
+  const ClipInfo& info = clips.at(i);
+  const auto frames = static_cast<std::size_t>(info.length), joints = static_cast<std::size_t>(header.skeleton->joint_count());
+  const auto first = static_cast<std::uint64_t>(info.start), count = static_cast<std::uint64_t>(info.length);
+  RawClip raw;
+  raw.rotations.resize(frames * joints * 4);
+  raw.root_position.resize(frames * 3);
+  rotations->read(first, count, raw.rotations.data());
+  root_position->read(first, count, raw.root_position.data());
+  if (contacts) {
+    raw.contacts.resize(frames);
+    contacts->read(first, count, raw.contacts.data());
+  }
+  return raw;
+}
+
+Clip ArchiveReader::State::assemble(std::size_t i, RawClip&& raw) const {
+  const ClipInfo& info = clips.at(i);
+  Clip clip;
+  clip.name = info.name;
+  clip.skeleton = header.skeleton;
+  clip.frame_rate_hz = header.frame_rate_hz;
+  clip.attributes = info.attributes;
+  clip.source = info.source;
+  clip.segments = info.segments;
+  clip.rotations.resize(raw.rotations.size() / 4);
+  for (std::size_t k = 0; k < clip.rotations.size(); ++k) {
+    const float* q = raw.rotations.data() + 4 * k;
+    clip.rotations[k] = Quaternion(q[0], q[1], q[2], q[3]);
+  }
+  clip.root_position.resize(raw.root_position.size() / 3);
+  for (std::size_t t = 0; t < clip.root_position.size(); ++t) {
+    const float* p = raw.root_position.data() + 3 * t;
+    clip.root_position[t] = Vector3(p[0], p[1], p[2]);
+  }
+  clip.contacts = std::move(raw.contacts);
+  if (info.path_points > 0) {
+    const auto points = in.values<float>("/paths/" + h5::escape_link(info.name), {info.path_points, 2});
+    for (std::size_t p = 0; p < info.path_points; ++p) clip.path.emplace_back(points[2 * p], points[2 * p + 1]);
+  }
+  clip.validate(in.name());
+  for (const auto& c : clip.contacts)
+    if (c[0] > 1 || c[1] > 1) in.refuse(clip_object(info), "a contact other than 0 and 1");
+  return clip;
+}
+
+ArchiveReader::ArchiveReader(const std::string& path) : state_(std::make_unique<State>(path)) {}
+ArchiveReader::~ArchiveReader() = default;
+
+const ArchiveHeader& ArchiveReader::header() const { return state_->header; }
+std::size_t ArchiveReader::size() const { return state_->clips.size(); }
+const ClipInfo& ArchiveReader::info(std::size_t i) const { return state_->clips.at(i); }
+std::string ArchiveReader::digest() const { return state_->digest; }
+std::string ArchiveReader::file_sha256() const { return state_->in.file_sha256(); }
+const std::string& ArchiveReader::name() const { return state_->in.name(); }
+
+Clip ArchiveReader::read(std::size_t i) const {
+  if (i >= size()) throw Error(Exit::internal, {name(), 0, {}}, "clip " + std::to_string(i) + " of " + std::to_string(size()));
+  return state_->assemble(i, state_->read_raw(i));
+}
+
+std::string probe(const std::string& path) {
+  if (path == "-") return {};
+  try {
+    const h5::Reader in(path, "motion archive or model file");
+    const std::string format = in.text_attribute("format").value_or("");
+    return format == kMotionFormat || format == kModelFormat ? format : std::string();
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+}  // namespace mocap::store
