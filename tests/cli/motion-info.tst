@@ -98,3 +98,9 @@
 0 ~x\\x1b\[31m motion-info --list "$(cp good.bvh in/$'x\033[31m.bvh'; canonicalize -q in/x* -o esc.h5; echo esc.h5)"
 0 141 { sleep 0.3; TMPDIR=$PWD/tmp motion-info - < two.h5; echo $? > died; } 2> noise | true; test ! -s noise && cat died
 0 . test -z "$(ls tmp)"
+
+# how a mocap file is read
+3 ~declared motion-info $DATA/bvh/bad_more_rows.bvh
+0 . motion-info --lenient $DATA/bvh/bad_more_rows.bvh
+0 ~30.frames motion-info --first-frame keep good.bvh
+0 ~29.frames motion-info --first-frame drop good.bvh

@@ -20,7 +20,7 @@ fi
 page=$(find "$work/tools" -name '*.md' ! -name README.md | head -n 1)
 for spoil in 'echo x >> "$page"' 'rm "$page"' 'touch "$work/man/attic.1"'; do
   cp -r "$work" "$work.spoilt"
-  (work=$work.spoilt page=$work.spoilt${page#"$work"}; eval "$spoil")
+  (page=$work.spoilt${page#"$work"}; work=$work.spoilt; eval "$spoil")
   differ "$work.spoilt" "$work" > /dev/null 2>&1 || { echo "not noticed: $spoil"; rm -rf "$work.spoilt"; exit 1; }
   rm -rf "$work.spoilt"
 done

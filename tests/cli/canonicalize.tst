@@ -1,0 +1,121 @@
+# STATUS EXPECTED COMMAND (see run.sh). What every tool shares is tried in bvh2npz.tst.
+# setup: make-corpus -q --subjects 1 --seconds 2 -o corpus; mkdir in in/sub folder tmp; cp $DATA/bvh/tiny_human.bvh in/a.bvh; sed 's/^0\.0000 9/1.0000 9/' in/a.bvh > in/sub/b.bvh; cp -r in whole
+# setup: cp in/a.bvh good.bvh; gzip -c good.bvh > packed.bvh.gz; printf 'HIERARCHY\nROOT Hips\n' > in/broken.bvh; echo text > in/notes.txt; echo nope > bad.bvh; : > empty.bvh; head -c 9000 good.bvh > cut.bvh; cp $DATA/bvh/plain.bvh legless.bvh
+# setup: printf 'whole/a.bvh\nwhole/sub/b.bvh\n' > list.txt; sed -n '1,/^Frame Time/p' good.bvh | sed 's/^Frames:.*/Frames: 1/' > one.bvh; sed '1,/^Frame Time/d' good.bvh | head -1 >> one.bvh
+# setup: printf 'file\taction\tgender\tstart\tend\na.bvh\twalking\tfemale\t0\t0.5\na.bvh\tjogging\tfemale\t0.5\t1\nsub/b.bvh\twalking\tmale\t\t\n' > whole/labels.tsv; cp whole/labels.tsv labels.tsv
+# setup: cat > q.py <<'END'
+# setup: import sys, json, h5py, numpy as np
+# setup: class Archive:
+# setup:     def __init__(self, path):
+# setup:         self.f = f = h5py.File(path)
+# setup:         self.names = self.col("clips/name")
+# setup:         self.length = list(f["clips/length"][()])
+# setup:         self.rate = f.attrs["frame_rate_hz"]
+# setup:         self.history = [json.loads(l) for l in bytes(f["history"][()]).decode().splitlines()]
+# setup:         self.argv = self.history[-1]["argv"]
+# setup:         self.p, self.q = f["frames/root_position"][()], f["frames/rotations"][()]
+# setup:     def col(self, name): return [v.decode() for v in self.f[name][()]]
+# setup: def heading(q): return 2 * np.arctan2(q[0, 3], q[0, 0])
+# setup: print(eval(sys.argv[1], {**globals(), "a": [Archive(p) for p in sys.argv[2:]]}))
+# setup: END
+# setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; echo 141 > 141
+# setup: printf 'file\tstatus\nbad.bvh\t3\nabsent.bvh\t3\nin/broken.bvh\t3\n' > fails
+
+0 ~^Usage:.canonicalize.*INPUT\.\.\..-o canonicalize --help
+0 ~^canonicalize.\(mocapkit\) canonicalize --version
+4 ~write.failed canonicalize --help > /dev/full
+
+# one file: body, rate, frame
+0 ~1.clips,.30.frames,.1\.0.s canonicalize good.bvh -o good.h5
+0 . motion-info --check full good.h5
+0 true ./q 'a[0].names == ["good"] and a[0].length == [30] and a[0].rate == 30 and a[0].q.shape == (30, 22, 4) and a[0].f.attrs["contacts"] in ("preset:default", b"preset:default")' good.h5
+0 true ./q 'np.allclose(a[0].p[0, :2], 0, atol=1e-6) and a[0].p[-1, 0] > 0.8 and 0.85 < a[0].p[0, 2] < 1.05 and abs(heading(a[0].q[0])) < 0.2' good.h5
+0 true ./q 'a[0].history[-1]["inputs"][0]["path"] == "good.bvh" and not [x for x in a[0].argv if "output" in x or "quiet" in x]' good.h5
+0 true canonicalize -q packed.bvh.gz -o packed.h5 && ./q 'np.array_equal(a[0].q, a[1].q)' good.h5 packed.h5
+0 . canonicalize -q good.bvh -o - | cmp - good.h5
+0 true canonicalize -q - -o piped.h5 < good.bvh && ./q 'np.array_equal(a[0].q, a[1].q)' good.h5 piped.h5
+0 true canonicalize -q good.bvh -o - | canonicalize -q - -o twice.h5 && ./q 'np.allclose(a[0].q, a[1].q, atol=1e-6) and np.allclose(a[0].p, a[1].p, atol=1e-5) and [e["tool"] for e in a[1].history] == ["canonicalize"] * 2' good.h5 twice.h5
+0 true bvh2npz -q good.bvh -o n.npz && canonicalize -q n.npz -o n.h5 && ./q 'np.allclose(a[0].q, a[1].q, atol=1e-5) and np.allclose(a[0].p, a[1].p, atol=1e-4)' good.h5 n.h5
+0 true canonicalize -q one.bvh -o one.h5 && ./q 'a[0].length == [1]' one.h5
+
+# options
+0 true canonicalize -q corpus -o c.h5 && ./q 'a[0].rate == 30 and len(a[0].names) == 10 and set(a[0].length) <= {60, 61}' c.h5
+0 true canonicalize -q corpus --phases all -o ph.h5 && ./q 'len(a[0].names) == 40 and a[0].names[1] == a[0].names[0] + "@1" and sorted(set(a[0].f["clips/phase"][()])) == [0, 1, 2, 3]' ph.h5
+0 true canonicalize -q corpus --phases first --fps 60 -o f60.h5 && ./q 'a[0].rate == 60 and set(a[0].length) <= {120, 121}' f60.h5
+0 true canonicalize -q good.bvh --contacts holden -o con.h5 && ./q 'a[0].f.attrs["contacts"] in ("preset:holden", b"preset:holden")' con.h5
+0 true canonicalize -q good.bvh --unit cm --up y --first-frame keep -o u.h5 && ./q 'np.array_equal(a[0].q, a[1].q) and "--up=y" in a[1].argv' good.h5 u.h5
+0 true canonicalize -q good.bvh --first-frame drop -o d.h5 && ./q 'a[0].length == [29]' d.h5
+3 ~cut\.bvh:[0-9]+ canonicalize cut.bvh -o x.h5
+0 true canonicalize -q cut.bvh --lenient -o l.h5 && ./q '0 < a[0].length[0] < 30' l.h5
+3 ~good\.bvh.*expected.at.least.2 canonicalize good.bvh --min-seconds 2 -o x.h5
+0 . canonicalize -q good.bvh --min-seconds 0.9 -o ms.h5
+0 true printf 'fps = 60\nquiet = true\n' > c.toml; canonicalize good.bvh --config c.toml -o conf.h5 && ./q 'a[0].rate == 60' conf.h5
+
+# labels: whole clips, segments, by path and by name
+0 true canonicalize -q whole --labels whole/labels.tsv -o lab.h5 && ./q 'a[0].col("clips/attributes/action") == ["", "walking"] and a[0].col("clips/attributes/gender") == ["female", "male"]' lab.h5
+0 true ./q 'a[0].col("segments/attributes/action") == ["walking", "jogging"] and list(a[0].f["segments/length"][()]) == [15, 15] and list(a[0].f["segments/clip"][()]) == [0, 0]' lab.h5
+0 true ./q 'a[0].history[-1]["inputs"][0]["path"] == "labels.tsv"' lab.h5
+0 ~9.of.10.clips.have.no.row (head -2 corpus/labels.tsv) > few.tsv; canonicalize corpus --labels few.tsv -o few.h5
+3 ~absent\.tsv canonicalize good.bvh --labels absent.tsv -o x.h5
+3 ~bad\.tsv printf 'name\taction\na\tb\n' > bad.tsv; canonicalize good.bvh --labels bad.tsv -o x.h5
+3 ~wide\.tsv:3 printf 'file\taction\na\tb\nc\td\te\n' > wide.tsv; canonicalize good.bvh --labels wide.tsv -o x.h5
+
+# batches: what is good is written as if the bad were not there
+1 ~3.of.5.inputs.failed canonicalize good.bvh bad.bvh absent.bvh in/broken.bvh whole/sub/b.bvh --rejects fails.tsv -o some.h5
+0 fails cut -f 1,3 fails.tsv
+0 . canonicalize -q good.bvh whole/sub/b.bvh -o clean.h5 && cmp some.h5 clean.h5
+1 . canonicalize -q in -o folder.h5 && cmp folder.h5 clean.h5
+0 . canonicalize -q whole -j 1 -o j1.h5 && canonicalize -q whole -j 2 -o j2.h5 && cmp j1.h5 j2.h5
+1 . canonicalize -q in -j 2 -o in2.h5
+0 true ./q 'a[0].names == a[1].names == ["a", "sub/b"] and np.array_equal(a[0].q, a[1].q) and a[0].history[-1]["inputs"] == a[1].history[-1]["inputs"]' in2.h5 j1.h5
+0 true canonicalize -q @list.txt -o list.h5 && ./q 'np.array_equal(a[0].q, a[1].q)' list.h5 j1.h5
+1 ~2.of.2.inputs.failed canonicalize bad.bvh absent.bvh -o x.h5
+1 ~--fail-fast|1.of.2.inputs.failed canonicalize bad.bvh good.bvh --fail-fast -o x.h5
+0 true canonicalize -q whole --shard 1/2 -o s1.h5 && canonicalize -q whole --shard 2/2 -o s2.h5 && ./q 'sorted(a[0].names + a[1].names) == ["a", "sub/b"]' s1.h5 s2.h5
+0 true canonicalize -q good.bvh good.h5 whole -o mix.h5 && ./q 'len(set(a[0].names)) == 4' mix.h5
+0 true canonicalize -q ph.h5 -o again.h5 && ./q 'a[0].names == a[1].names and np.allclose(a[0].q, a[1].q, atol=1e-6)' again.h5 ph.h5
+
+# a rerun does what is missing or changed, and replaces nothing else
+0 . touch -d 2000-01-01 j1.h5 && canonicalize whole --skip-existing -o j1.h5 && test -z "$(find j1.h5 -newermt 2001-01-01)"
+0 . canonicalize -q whole --fps 60 --skip-existing -o j1.h5 && test -n "$(find j1.h5 -newermt 2001-01-01)"
+0 . canonicalize -q whole --skip-existing -o j1.h5 && cmp j1.h5 j2.h5 && touch -d 2000-01-01 j1.h5 && cp -r whole changed && cp good.bvh changed/sub/b.bvh && cp j1.h5 ch.h5 && canonicalize -q changed --skip-existing -o ch.h5
+1 . cmp -s ch.h5 j1.h5
+0 . canonicalize -q whole --labels whole/labels.tsv --skip-existing -o lab.h5 && touch -d 2000-01-01 lab.h5 && canonicalize -q whole --labels whole/labels.tsv --skip-existing -o lab.h5 && test -z "$(find lab.h5 -newermt 2001-01-01)"
+4 ~not.made.by.canonicalize echo mine > mine.h5; canonicalize good.bvh --skip-existing -o mine.h5
+0 . test "$(cat mine.h5)" = mine
+0 . canonicalize -q good.bvh --skip-existing -o fresh.h5 && test -e fresh.h5
+
+# usage
+2 ~no.input.given canonicalize
+2 ~no.output.given canonicalize good.bvh
+2 ~--fps canonicalize good.bvh --fps 0 -o x.h5
+2 ~--fps canonicalize good.bvh --fps 1e300 -o x.h5
+2 ~--fps canonicalize good.bvh --fps nan -o x.h5
+2 ~expected.one.of canonicalize good.bvh --phases some -o x.h5
+2 ~expected.one.of canonicalize good.bvh --contacts none -o x.h5
+2 ~--min-seconds canonicalize good.bvh --min-seconds -1 -o x.h5
+2 ~I/N canonicalize whole --shard 0/2 -o x.h5
+2 ~terminal script -qec 'canonicalize good.bvh -o -' /dev/null
+
+# bad input
+3 ~^canonicalize:.absent\.bvh canonicalize absent.bvh -o x.h5
+3 ~^canonicalize:.bad\.bvh canonicalize bad.bvh -o x.h5
+3 ~^canonicalize:.empty\.bvh canonicalize empty.bvh -o x.h5
+3 ~^canonicalize:.<stdin> canonicalize - -o x.h5
+3 ~legless\.bvh.*expected.a.body canonicalize legless.bvh -o x.h5
+3 ~^canonicalize:.cut\.h5 head -c 5000 good.h5 > cut.h5; canonicalize cut.h5 -o x.h5
+3 ~a.folder.without canonicalize tmp -o x.h5
+1 . test -e x.h5
+
+# output
+4 ~good\.h5:.exists.already canonicalize good.bvh -o good.h5
+4 ~exists.already canonicalize absent.bvh good.bvh -o good.h5
+0 . canonicalize -q good.bvh -f -o good.h5
+4 ~nowhere canonicalize good.bvh -o nowhere/x.h5
+4 ~folder canonicalize good.bvh -o folder
+4 ~full canonicalize good.bvh -o /dev/full
+4 ~write.failed canonicalize good.bvh -o - > /dev/full
+4 ~write.failed canonicalize good.bvh -o - >&-
+0 141 { sleep 0.3; TMPDIR=$PWD/tmp canonicalize -q good.bvh -o -; echo $? > died; } 2> noise | true; test ! -s noise && cat died
+0 . test -z "$(ls tmp)"
+1 . test -n "$(find . -name '*.part-*')"

@@ -1,0 +1,95 @@
+# STATUS EXPECTED COMMAND (see run.sh). What every tool shares is tried in bvh2npz.tst.
+# setup: make-corpus -q --subjects 1 --seconds 1 --transitions 0 -o corpus; canonicalize -q corpus --labels corpus/labels.tsv -o c.h5
+# setup: train-vrnn -q c.h5 --steps 3 --batch 4 --window 6 --pretrain-steps 1 --weights-only -o m.h5; head -c 100000 m.h5 > cut.h5; echo nope > bad.h5; mkdir tmp folder
+# setup: cp m.h5 flipped.h5; printf 'XXXXXXXX' | dd of=flipped.h5 bs=1 seek=2000000 conv=notrunc status=none
+# setup: cat > q.py <<'END'
+# setup: import sys, json, h5py, hashlib, numpy as np
+# setup: class Archive:
+# setup:     def __init__(self, path):
+# setup:         self.f = f = h5py.File(path)
+# setup:         self.names = [n.decode() for n in f["clips/name"][()]]
+# setup:         self.length = list(f["clips/length"][()])
+# setup:         self.history = [json.loads(l) for l in bytes(f["history"][()]).decode().splitlines()]
+# setup:     def attribute(self, name): return [v.decode() for v in self.f["clips/attributes/" + name][()]]
+# setup:     def clip(self, i):
+# setup:         s, n = self.f["clips/start"][i], self.f["clips/length"][i]
+# setup:         return self.f["frames/rotations"][s:s+n], self.f["frames/root_position"][s:s+n]
+# setup: def equal(a, b): return all(np.array_equal(x, y) for x, y in zip(a, b))
+# setup: def sha(p): return hashlib.sha256(open(p, "rb").read()).hexdigest()
+# setup: print(eval(sys.argv[1], {**globals(), "a": [Archive(p) for p in sys.argv[2:]]}))
+# setup: END
+# setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; echo 141 > 141
+
+0 ~^Usage:.sample.*-o.FILE sample --help
+0 ~^LibTorch.[12]\. sample --version
+4 ~write.failed sample --help > /dev/full
+
+# counts, lengths, all combinations equally
+0 true sample -q -m m.h5 -n 8 -j 2 -o eight.h5 && ./q 'len(a[0].names) == 8 and set(a[0].length) == {140} and len({*zip(a[0].attribute("action"), a[0].attribute("gender"))}) == 8' eight.h5
+0 . motion-info --check full eight.h5
+0 true ./q 'a[0].names[0] == "jogging-female-0" and a[0].f.attrs["frame_rate_hz"] == 30 and a[0].f["frames/contacts"].shape == (1120, 2)' eight.h5
+0 true ./q 'all(np.allclose(p[0, :2], 0, atol=1e-6) and abs(2 * np.arctan2(q[0, 0, 3], q[0, 0, 0])) < 1e-5 for q, p in [a[0].clip(i) for i in range(8)])' eight.h5
+0 true ./q '[e["tool"] for e in a[0].history] == ["canonicalize", "train-vrnn", "sample"] and a[0].history[2]["inputs"] == [{"path": "m.h5", "sha256": sha("m.h5")}] and a[0].history[2]["seed"] == 1' eight.h5
+0 ~preset:default motion-info eight.h5
+
+# clip 7 is the same, whether 8 or 20 are asked for and whatever the number of threads; equal runs give equal bytes
+0 true sample -q -m m.h5 --count 20 -j 1 -o twenty.h5 && ./q 'all(equal(a[0].clip(i), a[1].clip(i)) for i in range(8)) and not equal(a[0].clip(0), a[1].clip(8))' eight.h5 twenty.h5
+0 . sample -q --model m.h5 -n 8 -j 1 -o tmp/eight.h5 && cmp eight.h5 tmp/eight.h5
+1 . sample -q -m m.h5 -n 8 --seed 2 -o tmp/other.h5 && cmp -s eight.h5 tmp/other.h5
+0 true sample -q -m m.h5 -n 2 --frames 31 -o short.h5 && ./q 'a[0].length == [31, 31] and np.allclose(a[0].clip(1)[0], a[1].clip(1)[0][:31], atol=1e-6)' short.h5 eight.h5
+0 true sample -q -m m.h5 -o one.h5 --frames 1 && ./q 'a[0].length == [1]' one.h5
+0 . motion-info --check full one.h5
+
+# attributes
+0 true sample -q -m m.h5 -n 3 --frames 9 --attr action=walking --attr gender=male -o w.h5 && ./q 'set(a[0].attribute("action")) == {"walking"} and set(a[0].attribute("gender")) == {"male"}' w.h5
+0 true sample -q -m m.h5 -n 4 --frames 9 --attr action=walking --attr action=jumping -o w2.h5 && ./q 'sorted(a[0].attribute("action")) == ["jumping"] * 2 + ["walking"] * 2 and sorted(a[0].attribute("gender")) == ["female"] * 2 + ["male"] * 2' w2.h5
+2 ~not.trained.on.'dancing',.expected.jogging,.jumping,.lifting,.walking sample -m m.h5 --attr action=dancing -o x.h5
+2 ~no.attribute.'mood',.expected.action,.gender sample -m m.h5 --attr mood=glad -o x.h5
+2 ~NAME=VALUE sample -m m.h5 --attr walking -o x.h5
+2 ~NAME=VALUE sample -m m.h5 --attr =walking -o x.h5
+2 ~not.trained.on sample -m m.h5 --attr action= -o x.h5
+
+# noise, streams, pipes
+0 true sample -q -m m.h5 -n 2 --frames 60 --noise-scale 0 -o still.h5 && ./q 'not equal(a[0].clip(0), (a[1].clip(0)[0][:60],))' still.h5 eight.h5
+0 . sample -q -m m.h5 -n 8 -o - | cmp - eight.h5
+0 . sample -q -m - -n 8 -o stdin.h5 < m.h5 && motion-info eight.h5 | grep digest > d && motion-info stdin.h5 | grep digest | cmp - d
+0 true ./q 'a[0].history[2]["inputs"] == [{"path": "<stdin>", "sha256": sha("m.h5")}]' stdin.h5
+0 ~generated.*8.*80 sample -q -m m.h5 -n 8 --frames 10 -o - | motion-compare - --real c.h5
+0 . sample -q -m m.h5 -n 2 --frames 20 -o - | render -q - -o strips.png && test -s strips.png
+0 141 { TMPDIR=$PWD/tmp sample -q -m m.h5 -n 8 -o -; echo $? > died; } 2> noise | true; test ! -s noise && cat died
+0 . test "$(ls tmp)" = "$(printf 'eight.h5\nother.h5')"
+0 ~^20/20.motions sample -m m.h5 -n 20 --frames 3 --progress always -o prog.h5
+0 true printf 'model = "m.h5"\ncount = 8\nquiet = true\n' > c.toml; sample --config c.toml --device cpu -o conf.h5 && cmp conf.h5 eight.h5 && cat true
+
+# usage
+2 ~--model.is.required sample -o x.h5
+2 ~no.output.given sample -m m.h5
+2 ~whole.number sample -m m.h5 -n 0 -o x.h5
+2 ~whole.number sample -m m.h5 --frames 0 -o x.h5
+2 ~whole.number sample -m m.h5 --frames 99999999999 -o x.h5
+2 ~at.least.0 sample -m m.h5 --noise-scale -1 -o x.h5
+2 ~at.least.0 sample -m m.h5 --noise-scale inf -o x.h5
+2 ~cuda sample -m m.h5 --device cuda -o x.h5
+2 ~unexpected|unknown|no.input sample -m m.h5 c.h5 -o x.h5
+2 ~terminal script -qec 'sample -m m.h5 -o -' /dev/null
+
+# bad models
+3 ~^sample:.absent\.h5 sample -m absent.h5 -o x.h5
+3 ~^sample:.bad\.h5 sample -m bad.h5 -o x.h5
+3 ~^sample:.cut\.h5 sample -m cut.h5 -o x.h5
+3 ~^sample:.flipped\.h5:.*checksum|^sample:.flipped\.h5:.*damaged sample -m flipped.h5 -o x.h5
+3 ~^sample:.c\.h5:.*not.a.model sample -m c.h5 -o x.h5
+3 ~^sample:.<stdin> sample -m - -o x.h5
+3 ~not.finite sample -m m.h5 --noise-scale 1e300 -o x.h5
+1 . test -e x.h5
+
+# output
+4 ~eight\.h5:.exists.already sample -m m.h5 -o eight.h5
+4 ~exists.already sample -m absent.h5 -o eight.h5
+0 . sample -q -m m.h5 -n 8 -f -o eight.h5 && cmp eight.h5 tmp/eight.h5
+4 ~nowhere sample -m m.h5 -o nowhere/x.h5
+4 ~full sample -m m.h5 -o /dev/full
+4 ~folder sample -m m.h5 -o folder
+4 ~write.failed sample -q -m m.h5 -o - > /dev/full
+4 ~write.failed sample -q -m m.h5 -o - >&-
+1 . test -n "$(find . -name '*.part-*')"

@@ -1,0 +1,128 @@
+# STATUS EXPECTED COMMAND (see run.sh). What every tool shares is tried in bvh2npz.tst. Trainings of a few steps: what they
+# learn is tried in tests/motion_cell.
+# setup: make-corpus -q --subjects 1 --seconds 2 --transitions 0 -o corpus; canonicalize -q corpus --labels corpus/labels.tsv -o c.h5; canonicalize -q corpus -o unlabelled.h5
+# setup: canonicalize -q corpus --labels corpus/labels.tsv --fps 60 -o fast.h5; make-corpus -q --subjects 1 --seconds 1 --transitions 0 --action walking --seed 2 -o val; canonicalize -q val --labels val/labels.tsv -o val.h5
+# setup: head -c 9000 c.h5 > cut.h5; echo nope > bad.h5; printf 'file\taction\n' > some.tsv; (cd corpus; for f in *.bvh; do printf '%s\t%s\n' $f dancing; done) >> some.tsv; canonicalize -q corpus --labels some.tsv -o dancing.h5
+# setup: (head -1 corpus/labels.tsv; grep walking corpus/labels.tsv) > few.tsv; sed 's/female/male/' corpus/labels.tsv > relabelled.tsv; canonicalize -q corpus --labels relabelled.tsv -o relabelled.h5
+# setup: canonicalize -q corpus --labels few.tsv -o few.h5; mkdir tmp folder
+# setup: printf '#!/bin/sh\nexec train-vrnn -q --batch 4 --window 6 --pretrain-steps 2 "$@"\n' > t; printf '#!/bin/sh\nexec ./t c.h5 --steps 120 "$@"\n' > long; chmod +x t long
+# setup: cat > q.py <<'END'
+# setup: import sys, json, h5py, numpy as np
+# setup: class Model:
+# setup:     def __init__(self, path): self.f = h5py.File(path)
+# setup:     def json(self, name): return json.loads(bytes(self.f[name][()]))
+# setup:     def weights(self):
+# setup:         out = {}
+# setup:         self.f["weights"].visititems(lambda n, d: out.update({n: d[()]}) if isinstance(d, h5py.Dataset) else None)
+# setup:         return out
+# setup:     def history(self): return [json.loads(l) for l in bytes(self.f["history"][()]).decode().splitlines()]
+# setup: def same(a, b): return a.keys() == b.keys() and all(np.array_equal(a[k], b[k]) for k in a)
+# setup: print(eval(sys.argv[1], {**globals(), "m": [Model(p) for p in sys.argv[2:]]}))
+# setup: END
+# setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q
+# setup: cat > stop <<'END'
+# setup: #!/bin/bash
+# setup: # stop SIGNAL COMMAND...: runs the command, sends the signal once sig.h5 has a checkpoint newer than now, says how it ended
+# setup: signal=$1; shift; touch before; "$@" --checkpoint-minutes 0.0005 & p=$!
+# setup: for i in $(seq 3000); do [ -n "$(find . -name 'sig.h5.ckpt-?' -newer before)" ] && break; kill -0 $p 2>/dev/null || break; sleep 0.01; done
+# setup: kill -$signal $p; wait $p 2>/dev/null; exit $?
+# setup: END
+# setup: chmod +x q stop; echo True > true; echo 7 > 7; printf 'a.h5\na.h5.log.tsv\n' > files
+
+0 ~^Usage:.train-vrnn.*INPUT.-o.FILE train-vrnn --help
+0 ~^LibTorch.[12]\. train-vrnn --version
+4 ~write.failed train-vrnn --help > /dev/full
+
+# the same bytes for any thread count, and from a pipe
+0 files ./t c.h5 --steps 6 -j 2 -o a.h5 && ls -d a.h5*
+0 7 wc -l < a.h5.log.tsv
+0 ~^step.epoch.learning_rate.gradient_norm.loss.*validation_loss$ cat a.h5.log.tsv
+0 . ./t c.h5 --steps 6 -j 1 -o tmp/b.h5 && cmp a.h5 tmp/b.h5 && cmp a.h5.log.tsv tmp/b.h5.log.tsv
+0 true ./t - --steps 6 -o piped.h5 < c.h5 && ./q 'same(m[0].weights(), m[1].weights())' a.h5 piped.h5
+1 . ./t c.h5 --steps 6 --seed 2 -o seed.h5 && cmp -s a.h5 seed.h5
+0 true ./q 'm[0].json("config")["training"]["seed"] == 1 and m[0].f.attrs["kind"] in ("motion-cell", b"motion-cell") and m[0].json("config")["frame_rate_hz"] == 30' a.h5
+0 true ./q '[e["tool"] for e in m[0].history()] == ["canonicalize", "train-vrnn"] and m[0].history()[1]["inputs"][0]["path"] == "c.h5" and not [a for a in m[0].history()[1]["argv"] if "output" in a or "threads" in a or "quiet" in a]' a.h5
+0 true ./q 'sorted(m[0].f["vocabulary"]) == ["action", "gender"] and m[0].f["data/train_sources"].shape == (8,)' a.h5
+0 ~motion-cell motion-info a.h5
+0 . motion-info --check full a.h5
+
+# options
+0 true ./t c.h5 --steps 6 --val val.h5 --val-epochs 1 -o v.h5 && ./q 'same(m[0].weights(), m[1].weights())' a.h5 v.h5
+0 ~^6.3.*[0-9]$ cat v.h5.log.tsv
+0 true ./t c.h5 --steps 6 --weights-only -o w.h5 && ./q 'same(m[0].weights(), m[1].weights()) and "training" not in m[1].f and "training" in m[0].f' a.h5 w.h5
+0 true ./t c.h5 --steps 2 --attribute action -o act.h5 && ./q 'list(m[0].f["vocabulary"]) == ["action"]' act.h5
+0 true train-vrnn -q c.h5 --batch 4 --window 6 --epochs 3 --pretrain-steps 0 -o e.h5 && ./q 'm[0].json("config")["training"]["steps"] == 6 and m[0].json("config")["training"]["pretraining"]["steps"] == 0' e.h5
+0 true train-vrnn -q c.h5 --preset paper --steps 1 --batch 3 --shards 3 --window 8 --learning-rate 0.002 --reconstruction-scale 5 --velocity-weight 0.25 --kl-ramp 0.1 0.2 --own-output 0.3 0.4 --own-output-rate 0.5 --checkpoint-epochs 1 --device cpu --weights-only -o p.h5 && ./q '[(t["batch"], t["shards"], t["windows"], t["learning_rate"]["rate"], t["reconstruction_scale"], t["velocity_weight"], t["kl_weight"], t["own_output"]) for t in [m[0].json("config")["training"]]] == [(3, 3, [{"begin": 0.0, "frames": 6}], 0.002, 5, 0.25, {"begin": 0.1, "end": 0.2, "from": 0, "to": 1}, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.5})] and m[0].json("config")["network"]["hidden"] == 512' p.h5
+0 . printf 'steps = 6\nbatch = 4\nwindow = 6\npretrain-steps = 2\nquiet = true\n' > c.toml && train-vrnn c.h5 --config c.toml -o conf.h5 && cmp conf.h5 a.h5
+0 ~^[0-9]+/2.steps,.loss ./t c.h5 --steps 2 --progress always --log-level info -o prog.h5
+0 ~parameters,.2.steps train-vrnn --batch 4 --window 6 c.h5 --steps 2 -o said.h5
+0 ~6.of.8.clips.are.left.out train-vrnn --batch 4 --window 6 few.h5 --attribute action --steps 2 -o few-model.h5
+0 . ./t c.h5 --steps 6 -f -o a.h5 && cmp a.h5 tmp/b.h5
+
+# stopped by each signal, killed, resumed: the same model and log as in one go
+0 . ./long -o one-go.h5
+75 . ./stop TERM ./long -o sig.h5
+1 . test -e sig.h5
+2 ~sig\.h5\.ckpt-.:.was.trained.with.training/seed.=.1,.this.command.says.2 ./long --resume --seed 2 -o sig.h5
+2 ~was.trained.with.data ./t relabelled.h5 --steps 120 --resume -o sig.h5
+4 ~a.checkpoint.of.an.earlier.training ./long -o sig.h5
+75 . ./stop USR1 ./long --resume -j 1 -o sig.h5
+75 . ./stop INT ./long --resume -o sig.h5
+137 . ./stop KILL ./long --resume -o sig.h5
+0 . rm -f sig.h5*.part-*; ls sig.h5.ckpt-1 sig.h5.ckpt-2 && for i in 1 2; do cp sig.h5.ckpt-$i dam.h5.ckpt-$i; head -c 9000 sig.h5.ckpt-$i > both.h5.ckpt-$i; done; printf 'XXXXXXXX' | dd of=dam.h5.ckpt-2 bs=1 seek=4000000 conv=notrunc status=none
+0 . ./long --resume -j 1 -o sig.h5 && cmp sig.h5 one-go.h5 && cmp sig.h5.log.tsv one-go.h5.log.tsv
+0 . test "$(ls -d sig.h5* | tr '\n' ' ')" = 'sig.h5 sig.h5.log.tsv '
+0 ~warning:.dam\.h5\.ckpt-2 ./long --log-level warning --resume -o dam.h5
+0 . cmp dam.h5 one-go.h5
+3 ~both\.h5\.ckpt- ./long --resume -o both.h5
+1 . test -e both.h5
+
+# a finished output
+0 . touch -d 2000-01-01 sig.h5 && ./long --resume -o sig.h5 && test -z "$(find sig.h5 -newermt 2001-01-01)"
+2 ~was.trained.with ./long --resume --seed 2 -o sig.h5
+2 ~was.trained.with ./t c.h5 --steps 7 --resume -o w.h5
+0 . ./t c.h5 --steps 6 --resume --weights-only -o w.h5
+3 ~bad\.h5 ./t c.h5 --steps 6 --resume -o bad.h5
+4 ~a\.h5:.exists.already ./t c.h5 --steps 6 -o a.h5
+4 ~exists.already ./t absent.h5 --steps 6 -o a.h5
+0 . cmp a.h5 tmp/b.h5
+
+# usage
+2 ~no.input.given train-vrnn
+2 ~no.output.given ./t c.h5
+2 ~expected.one ./t c.h5 val.h5 -o x.h5
+2 ~'-' ./t c.h5 --steps 2 -o -
+2 ~expected.one.of ./t c.h5 --preset large -o x.h5
+2 ~both.--steps.and.--epochs ./t c.h5 --steps 2 --epochs 2 -o x.h5
+2 ~whole.number ./t c.h5 --steps 0 -o x.h5
+2 ~shards ./t c.h5 --steps 2 --shards 5 -o x.h5
+2 ~whole.number train-vrnn c.h5 --window 2 -o x.h5
+2 ~frames.in.all train-vrnn c.h5 --steps 3 --batch 65536 --window 100000 -o x.h5
+2 ~above.0 ./t c.h5 --steps 2 --learning-rate nan -o x.h5
+2 ~above.0 ./t c.h5 --steps 2 --learning-rate 0 -o x.h5
+2 ~start.before.the.end ./t c.h5 --steps 2 --kl-ramp 0.5 0.1 -o x.h5
+2 ~--own-output ./t c.h5 --steps 2 --own-output 0.5 1.5 -o x.h5
+2 ~pretraining ./t c.h5 --steps 1 -o x.h5
+2 ~unknown.option ./t c.h5 --step 2 -o x.h5
+2 ~cuda ./t c.h5 --steps 2 --device cuda -o x.h5
+
+# bad input
+3 ~^train-vrnn:.absent\.h5 ./t absent.h5 --steps 2 -o x.h5
+3 ~^train-vrnn:.bad\.h5 ./t bad.h5 --steps 2 -o x.h5
+3 ~^train-vrnn:.cut\.h5 ./t cut.h5 --steps 2 -o x.h5
+3 ~^train-vrnn:.a\.h5 ./t a.h5 --steps 2 -o x.h5
+3 ~^train-vrnn:.corpus ./t corpus/walking_f001_1.bvh --steps 2 -o x.h5
+3 ~^train-vrnn:.<stdin> ./t - --steps 2 -o x.h5
+3 ~unlabelled\.h5.*attribute ./t unlabelled.h5 --steps 2 -o x.h5
+3 ~mood ./t c.h5 --attribute mood --steps 2 -o x.h5
+3 ~60.*Hz ./t c.h5 --val fast.h5 --steps 2 -o x.h5
+3 ~dancing ./t c.h5 --attribute action --val dancing.h5 --steps 2 -o x.h5
+3 ~absent\.h5 ./t c.h5 --val absent.h5 --steps 2 -o x.h5
+3 ~diverged.at.step.[0-9]+ ./t c.h5 --steps 20 --learning-rate 1e30 -o div.h5
+1 . test -e x.h5 -o -e x.h5.log.tsv -o -e div.h5
+
+# output
+4 ~nowhere ./t c.h5 --steps 2 -o nowhere/x.h5
+4 ~full ./t c.h5 --steps 2 -o /dev/full
+4 ~folder ./t c.h5 --steps 2 -o folder
+1 . test -n "$(find . -name '*.part-*')"

@@ -1,0 +1,430 @@
+#include "libmodels/motion_cell/training.hpp"
+
+#include <fmt/core.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libmocap/base/error.hpp"
+#include "libmodels/nn/mlp.hpp"
+#include "libmodels/train/loop.hpp"
+#include "tests/motion_cell/reference.hpp"
+#include "tests/store/sample_clips.hpp"
+
+namespace mocap::motion_cell {
+namespace {
+
+using features::RotationRepresentation;
+using mocap::testing::slurp;
+using mocap::testing::TemporaryFolder;
+using torch::Tensor;
+using train::MotionDataset;
+
+// A few joints swing; action decides the frequency, side the sign. Lengths in frames.
+Clip swinging(const std::string& name, std::size_t frames, int action, int side) {
+  Clip clip;
+  clip.name = name;
+  clip.skeleton = canonical_body();
+  const auto joints = static_cast<std::size_t>(clip.joints());
+  for (std::size_t t = 0; t < frames; ++t) {
+    const double phase = (0.15 + 0.1 * action) * static_cast<double>(t);
+    for (std::size_t j = 0; j < joints; ++j)
+      clip.rotations.push_back(exp_map(Vector3(0, j % 3 == 1 ? 0.5 * (side ? -1 : 1) * std::sin(phase + static_cast<double>(j)) : 0, j == 0 ? 0.1 * std::sin(phase) : 0)));
+    clip.root_position.emplace_back(0.02 * (1 + action) * static_cast<double>(t), 0.02 * std::sin(phase), 0.9 + 0.02 * std::sin(2 * phase));
+  }
+  clip.attributes = {{"action", action ? "run" : "walk"}, {"side", side ? "left" : "right"}};
+  return clip;
+}
+
+struct Data {
+  TemporaryFolder folder;
+  std::unique_ptr<MotionDataset> train, validation;
+  // Some clips are shorter than the window, one a frame longer than whole words.
+  explicit Data(const std::vector<std::size_t>& lengths = {60, 45, 12, 31}) {
+    std::vector<Clip> clips, held_out;
+    for (std::size_t i = 0; i < lengths.size(); ++i) clips.push_back(swinging(fmt::format("c{}", i), lengths[i], i / 2 % 2, i % 2));
+    held_out.push_back(swinging("v", 40, 0, 0));
+    mocap::testing::write_archive(folder / "train.h5", clips);
+    mocap::testing::write_archive(folder / "val.h5", held_out);
+    train = std::make_unique<MotionDataset>(folder / "train.h5", RotationRepresentation::quaternion, std::vector<std::string>{});
+    validation = std::make_unique<MotionDataset>(folder / "val.h5", RotationRepresentation::quaternion, std::vector<std::string>{}, train.get());
+  }
+};
+const Data& data() {
+  static const Data d;
+  return d;
+}
+
+MotionCellConfig tiny_network() {
+  MotionCellConfig c;
+  c.hidden = 16, c.width = 24, c.word = 12, c.latent = 6, c.control = 3;
+  return c;
+}
+
+TrainingConfig tiny_training(std::int64_t steps = 40) {
+  TrainingConfig c;
+  c.steps = steps;
+  c.batch = 6;
+  c.shards = 2;
+  c.velocity_weight = 0.7;
+  c.windows = {{0, 30}};
+  c.learning_rate.warm_up = 5;
+  return c;
+}
+
+double total_loss(MotionCellTraining& training, std::int64_t step) {
+  training.prepare(step);
+  double sum = 0;
+  for (int s = 0; s < training.shards(); ++s) {
+    train::LossTerms terms;
+    sum += training.shard_loss(s, terms).item<double>();
+  }
+  return sum;
+}
+
+double term(MotionCellTraining& training, std::int64_t step, const std::string& name) {
+  training.prepare(step);
+  double sum = 0;
+  bool found = false;
+  for (int s = 0; s < training.shards(); ++s) {
+    train::LossTerms terms;
+    (void)training.shard_loss(s, terms);
+    for (const auto& [key, value] : terms)
+      if (key == name) sum += value, found = true;
+  }
+  EXPECT_TRUE(found) << name;
+  return sum;
+}
+
+// The header's equations in plain double loops over Algorithm 1 in plain operations, on the batch and noise of a step.
+// `garbage`: what the masked frames are replaced by on input and target.
+double oracle(MotionCellTraining& training, const MotionDataset& set, const TrainingConfig& config, std::int64_t step, std::int64_t count, std::int64_t frames, double kl_weight,
+              double own_output, std::optional<double> garbage = {}) {
+  const MotionCell& cell = training.network();
+  const MotionCellConfig& c = cell.config();
+  const Tensor padding = train::identity_padding(set.layout(), set.mean(), set.deviation());
+  train::Batch batch = train::draw_batch(set, count, frames, padding, config.seed, stream_of(1, static_cast<std::uint64_t>(step)));
+  if (garbage) batch.features = torch::where(batch.mask.unsqueeze(-1) > 0, batch.features, torch::full({}, static_cast<float>(*garbage)));
+  const auto alpha = impact_factors(*set.header().skeleton, config.joint_weight_floor);
+  const std::int64_t words = frames / c.word_length;
+  double loss = 0;
+  for (int shard = 0; shard < config.shards; ++shard) {
+    const std::int64_t first = count * shard / config.shards, rows = count * (shard + 1) / config.shards - first;
+    Random random(config.seed, stream_of(2, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(shard)));
+    CellInput in;
+    in.x = batch.features.narrow(0, first, rows);
+    in.classes = batch.classes.narrow(0, first, rows);
+    in.posterior_noise = nn::normal_tensor({words, rows, c.latent}, random);
+    in.initial_noise = nn::normal_tensor({rows, 2 * c.hidden}, random);
+    if (own_output > 0) {
+      in.replace = torch::zeros({words, rows}, torch::kBool);
+      for (std::int64_t i = 0; i < words * rows; ++i) in.replace.data_ptr<bool>()[i] = random.uniform() < own_output;
+    }
+    const torch::NoGradGuard no_grad;
+    const CellOutput out = reference_forward(cell, in);
+    const Tensor shard_mask = batch.mask.narrow(0, first, rows);
+    const auto mask = shard_mask.accessor<float, 2>();
+    const Tensor x = in.x.contiguous(), y = out.y.contiguous();
+    const auto value = [&](const Tensor& t, std::int64_t b, std::int64_t frame, int column) {
+      return static_cast<double>(t[b][frame][column].item<float>());
+    };
+    for (std::int64_t b = 0; b < rows; ++b) {
+      const auto quaternion = [&](const Tensor& t, std::int64_t frame, int j) {
+        Eigen::Vector4d q;
+        for (int i = 0; i < 4; ++i) {
+          const auto column = static_cast<std::size_t>(4 * j + i);
+          q[i] = value(t, b, frame, 4 * j + i) * set.deviation()[column] + set.mean()[column];
+        }
+        return q;
+      };
+      for (std::int64_t t = 0; t < frames; ++t) {
+        if (mask[b][t] == 0) continue;
+        double frame_loss = 0;
+        for (int j = 0; j < c.joints; ++j) {
+          const Eigen::Vector4d q = quaternion(y, t, j), target = quaternion(x, t, j);
+          const double a = alpha[static_cast<std::size_t>(j) + 1];
+          frame_loss += a * 2 * std::acos(std::min(1.0, std::abs(q.normalized().dot(target.normalized()))));  // eq. 17, 22
+          frame_loss += config.unit_norm_weight * std::abs(q.squaredNorm() - 1);                                // eq. 26
+          if (t > 0 && config.velocity_weight > 0) {
+            const auto error = [&](std::int64_t frame) {
+              const Eigen::Vector4d unit = quaternion(y, frame, j).normalized(), goal = quaternion(x, frame, j);
+              return Eigen::Vector4d((unit.dot(goal) < 0 ? -unit : unit) - goal);
+            };
+            frame_loss += config.velocity_weight * a * 2 * std::sqrt((error(t) - error(t - 1)).squaredNorm() + 1e-8);
+          }
+        }
+        for (int r = 0; r < 6; ++r) {
+          const double weight = r == 4 || r == 5 ? *std::max_element(alpha.begin(), alpha.end()) : config.root_weight;
+          frame_loss += weight * std::pow(value(x, b, t, 4 * c.joints + r) - value(y, b, t, 4 * c.joints + r), 2);
+        }
+        loss += config.reconstruction_scale * frame_loss;
+      }
+      for (std::int64_t n = 0; n < words; ++n)
+        if (mask[b][n * c.word_length] > 0) loss += kl_weight * out.kl[b][n].item<double>();
+    }
+  }
+  return loss / static_cast<double>(count);
+}
+
+TEST(Objective, EqualsItsEquations) {
+  TrainingConfig config = tiny_training();
+  MotionCellTraining training(tiny_network(), config, *data().train, nullptr);
+  // At the start the KL weight is 0; half way it is 1 and 4 of 5 words are the model's own.
+  const double start = oracle(training, *data().train, config, 0, 6, 30, 0, 0);
+  EXPECT_NEAR(total_loss(training, 0), start, 2e-5 * start);
+  EXPECT_GT(start, 100);
+  const double half = oracle(training, *data().train, config, 20, 6, 30, 1, 0.8);
+  EXPECT_NEAR(total_loss(training, 20), half, 2e-5 * half);
+
+  config.velocity_weight = 0;
+  MotionCellTraining still(tiny_network(), config, *data().train, nullptr);
+  const double without = oracle(still, *data().train, config, 20, 6, 30, 1, 0.8);
+  EXPECT_NEAR(total_loss(still, 20), without, 2e-5 * without);
+  EXPECT_LT(without, half);
+}
+
+TEST(Objective, OfWordPretraining) {
+  TrainingConfig config = tiny_training();
+  config.pretraining.steps = 10;
+  config.pretraining.batch = 20;
+  config.pretraining.kl_weight = 0.3;
+  MotionCellTraining training(tiny_network(), config, *data().train, nullptr);
+  const double expected = oracle(training, *data().train, config, 9, 20, 3, 0.3, 0);
+  EXPECT_NEAR(total_loss(training, 9), expected, 2e-5 * expected);
+  const double after = oracle(training, *data().train, config, 10, 6, 30, 0, 0);
+  EXPECT_NEAR(total_loss(training, 10), after, 2e-5 * after);
+}
+
+// Clips of whole words: what stands behind them reaches no term. (A word that is half real is encoded with its padding.)
+TEST(Objective, MaskedFramesDoNotCount) {
+  const Data short_clips({12, 9, 15, 12});
+  const TrainingConfig config = tiny_training();
+  MotionCellTraining training(tiny_network(), config, *short_clips.train, nullptr);
+  const double plain = total_loss(training, 20);
+  EXPECT_NEAR(plain, oracle(training, *short_clips.train, config, 20, 6, 30, 1, 0.8, 7.5), 2e-5 * plain);
+  EXPECT_NEAR(plain, oracle(training, *short_clips.train, config, 20, 6, 30, 1, 0.8, -3.0), 2e-5 * plain);
+}
+
+// Along its own gradient every parameter tensor must change the loss as fast as the gradient is long.
+TEST(Objective, GradientAgainstFiniteDifferences) {
+  TrainingConfig config = tiny_training();
+  config.shards = 1;
+  MotionCellTraining training(tiny_network(), config, *data().train, nullptr);
+  const auto parameters = training.parameters();
+  std::vector<Tensor> tensors;
+  for (const auto& [name, p] : parameters) tensors.push_back(p);
+  training.prepare(20);
+  train::LossTerms terms;
+  const auto gradients = torch::autograd::grad({training.shard_loss(0, terms)}, tensors);
+  const torch::NoGradGuard no_grad;
+  int checked = 0;
+  for (std::size_t i = 0; i < tensors.size(); ++i) {
+    const double length = gradients[i].norm().item<double>();
+    if (length < 0.3) continue;  // in float the loss has no more digits than that
+    const Tensor before = tensors[i].clone(), direction = gradients[i] / length;
+    const double step = std::min(2e-2, 0.3 / length);
+    const auto at = [&](double s) {
+      tensors[i].copy_(before + s * direction);
+      return total_loss(training, 20);
+    };
+    const double numeric = (8 * (at(step) - at(-step)) - (at(2 * step) - at(-2 * step))) / (12 * step);
+    tensors[i].copy_(before);
+    EXPECT_NEAR(numeric, length, 0.02 * length) << parameters[i].first;
+    ++checked;
+  }
+  EXPECT_GE(checked, 30) << "of " << tensors.size();
+}
+
+TEST(Training, LossFalls) {
+  TrainingConfig config = tiny_training(200);
+  config.batch = 8;
+  config.gradient_limit = 10;
+  config.learning_rate.rate = 5e-3;
+  config.own_output.to = 0.3;
+  const TemporaryFolder folder;
+  train::LoopOptions options;
+  options.output = folder / "m.h5";
+  options.threads = 2;
+  MotionCellTraining training(tiny_network(), config, *data().train, data().validation.get());
+  const double before = *training.validation_loss();
+  double first = 0, last = 0;
+  train::train(training, options, [&](const train::Progress& p) {
+    if (p.step <= 10) first += p.loss / 10;
+    if (p.step > 190) last += p.loss / 10;
+  });
+  EXPECT_LT(last, 0.3 * first) << "first ten steps " << first << ", last ten " << last;
+  EXPECT_LT(*training.validation_loss(), 0.5 * before);
+}
+
+std::string trained(const MotionDataset* validation, int threads, std::int64_t steps = 12) {
+  TrainingConfig config = tiny_training(steps);
+  config.shards = 3;
+  config.pretraining.steps = 4;
+  config.windows = {{0, 15}, {0.5, 30}};
+  const TemporaryFolder folder;
+  train::LoopOptions options;
+  options.output = folder / "m.h5";
+  options.threads = threads;
+  options.weights_only = true;
+  MotionCellTraining training(tiny_network(), config, *data().train, validation);
+  train::train(training, options, {});
+  return slurp(options.output);
+}
+
+TEST(Training, SameBitsOnASecondRunForAnyThreadsAndWithValidation) {
+  const std::string once = trained(nullptr, 1);
+  EXPECT_TRUE(trained(nullptr, 1) == once);
+  EXPECT_TRUE(trained(nullptr, 2) == once);
+  EXPECT_TRUE(trained(nullptr, 5) == once);
+  EXPECT_TRUE(trained(data().validation.get(), 2) == once) << "held-out data reach the weights";
+  EXPECT_FALSE(trained(nullptr, 1, 13) == once);
+}
+
+TEST(Training, ModelFileRebuildsTheNetwork) {
+  MotionCellTraining training(tiny_network(), tiny_training(), *data().train, nullptr);
+  const store::ModelFile file = training.describe();
+  EXPECT_EQ(file.kind, "motion-cell");
+  const auto json = nlohmann::json::parse(file.config);
+  const MotionCellConfig network = config_from_json(json.at("network"));
+  EXPECT_EQ(network, training.network().config());
+  EXPECT_EQ(network.joints, 21);
+  EXPECT_EQ(network.attribute_classes, (std::vector<int>{2, 2}));
+  EXPECT_EQ(json.at("representation"), "quaternion");
+  EXPECT_EQ(json.at("frame_rate_hz"), 30);
+  EXPECT_EQ(file.vocabulary, (train::Vocabulary{{"action", {"run", "walk"}}, {"side", {"left", "right"}}}));
+  EXPECT_EQ(file.mean.size(), 90u);
+  EXPECT_FALSE(file.has_training);
+}
+
+TEST(Training, IdentityHoldsDataValidationAndSettings) {
+  const auto identity = [](const TrainingConfig& c, const MotionDataset* validation) { return MotionCellTraining(tiny_network(), c, *data().train, validation).identity(); };
+  const std::string base = identity(tiny_training(), nullptr);
+  EXPECT_EQ(identity(tiny_training(), nullptr), base);
+  EXPECT_NE(identity(tiny_training(), data().validation.get()), base);
+  TrainingConfig c = tiny_training();
+  c.seed = 2;
+  EXPECT_NE(identity(c, nullptr), base);
+  c = tiny_training();
+  c.windows.push_back({0.5, 60});
+  EXPECT_NE(identity(c, nullptr), base);
+}
+
+TEST(Training, OneCombinationAndOneFrame) {
+  const TemporaryFolder folder;
+  Clip clip = swinging("a", 1, 0, 0);
+  mocap::testing::write_archive(folder / "a.h5", {clip});
+  const MotionDataset one(folder / "a.h5", RotationRepresentation::quaternion, {});
+  MotionCellTraining training(tiny_network(), tiny_training(), one, nullptr);
+  EXPECT_EQ(training.network().config().attribute_combinations(), 1);
+  for (const std::int64_t step : {0, 39}) EXPECT_TRUE(std::isfinite(total_loss(training, step)));
+}
+
+TEST(Schedules, OfPretrainingAndOfTheRest) {
+  TrainingConfig c = tiny_training(110);
+  c.pretraining.steps = 10;
+  c.learning_rate = {1e-3, 0.5, 0.1, 5};
+  c.windows = {{0, 15}, {0.4, 30}};
+  MotionCellTraining training(tiny_network(), c, *data().train, nullptr);
+  EXPECT_NEAR(training.learning_rate(0), 2e-3 / 5, 1e-12);
+  EXPECT_NEAR(training.learning_rate(9), 2e-3 * std::pow(0.2, 0.9), 1e-12);
+  EXPECT_NEAR(training.learning_rate(10), 1e-3 / 5, 1e-12);
+  EXPECT_NEAR(training.learning_rate(60), 1e-3, 1e-12);
+  EXPECT_NEAR(training.learning_rate(85), 1e-3 * std::sqrt(0.1), 1e-12);
+
+  EXPECT_NEAR(term(training, 0, "kl_weight"), 0.1, 1e-12);
+  EXPECT_EQ(term(training, 9, "own_output"), 0);
+  EXPECT_EQ(term(training, 10, "kl_weight"), 0);
+  EXPECT_EQ(term(training, 15, "kl_weight"), 0);
+  EXPECT_NEAR(term(training, 30, "kl_weight"), (0.2 - 0.05) / 0.35, 1e-12);
+  EXPECT_EQ(term(training, 50, "kl_weight"), 1);
+  EXPECT_EQ(term(training, 20, "own_output"), 0);
+  EXPECT_NEAR(term(training, 45, "own_output"), 0.5, 1e-12);
+  EXPECT_EQ(term(training, 70, "own_output"), 1);
+  // The window grows: from the batch the loss is made of.
+  const double before = oracle(training, *data().train, c, 49, 6, 15, (0.39 - 0.05) / 0.35, 0.58);
+  EXPECT_NEAR(total_loss(training, 49), before, 2e-5 * before);
+  const double after = oracle(training, *data().train, c, 50, 6, 30, 1, 0.6);
+  EXPECT_NEAR(total_loss(training, 50), after, 2e-5 * after);
+}
+
+TEST(Schedules, StepsFromEpochs) {
+  TrainingConfig c = tiny_training(0);
+  c.epochs = 7;
+  c.batch = 3;
+  MotionCellTraining training(tiny_network(), c, *data().train, nullptr);  // 4 clips: 2 steps an epoch
+  EXPECT_EQ(training.steps_per_epoch(), 2);
+  EXPECT_EQ(training.steps(), 14);
+}
+
+TEST(TrainingConfig, JsonRoundTrip) {
+  for (const char* name : {"paper", "small"}) {
+    TrainingConfig c = TrainingConfig::preset(name);
+    c.seed = ~std::uint64_t{0};
+    c.windows = {{0, 45}, {1.0 / 3, 90}};
+    c.learning_rate = {0.1, 0.2, 0.3, 4};
+    c.pretraining = {5, 6, 0.7, 0.8, 0.9};
+    const auto json = nlohmann::json::parse(to_json(c).dump());
+    const TrainingConfig back = training_config_from_json(json);
+    EXPECT_EQ(to_json(back), json);
+    EXPECT_EQ(back.seed, c.seed);
+    EXPECT_EQ(back.windows[1].begin, 1.0 / 3);
+    for (const auto& [key, value] : json.items()) {
+      auto without = json;
+      without.erase(key);
+      EXPECT_THROW(training_config_from_json(without), Error) << key;
+      without[key] = "text";
+      EXPECT_THROW(training_config_from_json(without), Error) << key;
+    }
+  }
+}
+
+TEST(TrainingConfig, Presets) {
+  const TrainingConfig paper = TrainingConfig::preset("paper");
+  EXPECT_EQ(paper.epochs, 1600);
+  EXPECT_EQ(paper.learning_rate.rate, 1e-3);
+  EXPECT_EQ(paper.gradient_limit, 0.1);
+  EXPECT_EQ(paper.velocity_weight, 0);
+  EXPECT_EQ(paper.pretraining.steps, 0);
+  EXPECT_NO_THROW(TrainingConfig::preset("small").validate(3));
+  EXPECT_THROW(TrainingConfig::preset("large"), Error);
+}
+
+TEST(TrainingConfig, ValidateNamesTheField) {
+  const auto refusal = [](const std::function<void(TrainingConfig&)>& change) {
+    TrainingConfig c = tiny_training();
+    change(c);
+    try {
+      c.validate(3);
+    } catch (const Error& e) {
+      return e.status() == Exit::usage ? std::string(e.what()) : std::string("another status");
+    }
+    return std::string();
+  };
+  const auto expect = [&](const char* word, const std::function<void(TrainingConfig&)>& change) {
+    EXPECT_NE(refusal(change).find(word), std::string::npos) << word << ": '" << refusal(change) << "'";
+  };
+  EXPECT_EQ(refusal([](TrainingConfig&) {}), "");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect("steps", [](auto& c) { c.steps = 0; });
+  expect("batch", [](auto& c) { c.batch = 0; });
+  expect("reconstruction scale", [&](auto& c) { c.reconstruction_scale = nan; });
+  expect("learning rate", [](auto& c) { c.learning_rate.rate = -1; });
+  expect("gradient limit", [](auto& c) { c.gradient_limit = 0; });
+  expect("shards", [](auto& c) { c.shards = 7; });
+  expect("shards", [](auto& c) { c.shards = 0; });
+  expect("window", [](auto& c) { c.windows.clear(); });
+  expect("window", [](auto& c) { c.windows = {{0.1, 30}}; });
+  expect("window", [](auto& c) { c.windows = {{0, 31}}; });
+  expect("window", [](auto& c) { c.windows = {{0, 0}}; });
+  expect("pretraining", [](auto& c) { c.pretraining.steps = c.steps + 1; });
+  expect("pretraining", [](auto& c) { c.pretraining.steps = -1; });
+  expect("frames in all", [](auto& c) { c.batch = 65536, c.windows = {{0, 30}, {0.5, 99999}}; });
+}
+
+TEST(Training, OtherRepresentationsAreRefused) {
+  const MotionDataset matrices(data().folder / "train.h5", RotationRepresentation::rotation_matrix, {});
+  EXPECT_THROW(MotionCellTraining(tiny_network(), tiny_training(), matrices, nullptr), Error);
+}
+
+}  // namespace
+}  // namespace mocap::motion_cell
