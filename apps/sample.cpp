@@ -44,7 +44,7 @@ class Sample final : public cli::Tool {
     app.add_option("-m,--model", model_, "trained model; '-' reads standard input")->required()->check(cli::path());
     app.add_option("-n,--count", count_, "motions in all")->check(cli::whole(1, 100000000, "COUNT"))->capture_default_str();
     app.add_option("--frames", frames_, "frames of each motion (default: the model's)")->check(cli::whole(1, 1000000, "FRAMES"));
-    app.add_option("--attr", attributes_, "NAME=VALUE to generate (repeatable; several values of a name are all used; default: all combinations equally)");
+    app.add_option("--attr", attributes_, "NAME=VALUE to generate (repeatable; several values of a name are all used; default: all combinations trained on, equally)");
     app.add_option("--noise-scale", noise_scale_, "factor on the latent noise: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
   }
 
@@ -90,7 +90,7 @@ class Sample final : public cli::Tool {
   }
 
  private:
-  // Every combination of values, or of those named by --attr.
+  // Every combination that was trained on, or those of them that --attr names.
   std::vector<Attributes> chosen_combinations(const generators::Generator& generator) const {
     std::map<std::string, std::vector<std::string>> chosen;
     for (const auto& pair : attributes_) {
@@ -109,15 +109,21 @@ class Sample final : public cli::Tool {
       }
       chosen[key].push_back(value);
     }
-    std::vector<Attributes> all(1);
-    for (const auto& [name, values] : generator.vocabulary()) {
-      std::vector<Attributes> next;
-      for (const auto& partial : all)
-        for (const auto& value : chosen.contains(name) ? chosen.at(name) : values) {
-          next.push_back(partial);
-          next.back()[name] = value;
-        }
-      all = std::move(next);
+    std::vector<Attributes> all;
+    for (const auto& combination : generator.combinations()) {
+      const auto wanted = [&](const auto& item) {
+        const auto it = chosen.find(item.first);
+        return it == chosen.end() || std::find(it->second.begin(), it->second.end(), item.second) != it->second.end();
+      };
+      if (std::all_of(combination.begin(), combination.end(), wanted)) all.push_back(combination);
+    }
+    if (all.empty()) {
+      std::string list;
+      for (const auto& combination : generator.combinations()) {
+        list += list.empty() ? "" : "; ";
+        for (const auto& [name, value] : combination) list += (list.ends_with("; ") || list.empty() ? "" : " ") + name + "=" + value;
+      }
+      refuse_usage("no motion with these attributes together was trained on, expected one of " + list);
     }
     return all;
   }

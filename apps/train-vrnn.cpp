@@ -1,6 +1,8 @@
 // train-vrnn - train the Motion Cell on a motion archive.
 #include <fmt/core.h>
 
+#include <filesystem>
+
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
 #include "libmocap/cli/tool.hpp"
@@ -73,15 +75,18 @@ class TrainVrnn final : public cli::Tool {
 
   Exit run(cli::Context& context) override {
     nn::use_one_blas_thread();
-    motion_cell::TrainingConfig config = configuration();
-    config.seed = context.seed();
+    if (steps_ && epochs_) refuse_usage("both --steps and --epochs, expected one of them");
     const std::string& input = context.inputs().at(0).path;
+    std::error_code ignored;
+    if (std::filesystem::equivalent(input, context.common().output, ignored)) refuse_usage("-o " + context.common().output + " is the archive to train on, expected another file");
     const train::MotionDataset data(input, features::RotationRepresentation::quaternion, attributes_);
     if (data.vocabulary().empty())
       refuse({input, 0, {}}, "no attribute labels half of the clips or more, expected at least one to condition on", "give `canonicalize --labels` a table, or name one with --attribute");
     if (data.left_out() > 0) log::warn("{} of {} clips are left out: they lack a label", data.left_out(), data.left_out() + data.clips().size());
     std::unique_ptr<train::MotionDataset> validation;
     if (!validation_.empty()) validation = std::make_unique<train::MotionDataset>(validation_, features::RotationRepresentation::quaternion, attributes_, &data);
+    motion_cell::TrainingConfig config = configuration(static_cast<std::int64_t>(data.clips().size()));
+    config.seed = context.seed();
     motion_cell::MotionCellTraining training(motion_cell::MotionCellConfig::preset(preset_), config, data, validation.get());
     log::info("{} clips, {} frames, {} combinations of attributes; {} parameters, {} steps", data.clips().size(), data.frames(), data.combinations().size(),
               training.network().parameter_count(), training.steps());
@@ -111,17 +116,16 @@ class TrainVrnn final : public cli::Tool {
   }
 
  private:
-  motion_cell::TrainingConfig configuration() const {
-    if (steps_ && epochs_) refuse_usage("both --steps and --epochs, expected one of them");
+  motion_cell::TrainingConfig configuration(std::int64_t clips) const {
     auto c = motion_cell::TrainingConfig::preset(preset_);
+    if (batch_) c.batch = *batch_;
     if (steps_ || epochs_) {
-      // A shorter run of a preset keeps the preset's share of word pretraining.
+      // A shorter or longer run of a preset keeps the preset's share of word pretraining.
       const double share = c.steps > 0 ? static_cast<double>(c.pretraining.steps) / static_cast<double>(c.steps) : 0;
-      c.steps = steps_.value_or(0);
       c.epochs = epochs_.value_or(0);
+      c.steps = steps_ ? *steps_ : c.epochs * ((clips + c.batch - 1) / c.batch);
       c.pretraining.steps = static_cast<std::int64_t>(share * static_cast<double>(c.steps));
     }
-    if (batch_) c.batch = *batch_;
     if (shards_) c.shards = *shards_;
     if (window_) c.windows = {{0, *window_ - *window_ % 3}};
     if (rate_) c.learning_rate.rate = *rate_;

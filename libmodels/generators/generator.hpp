@@ -27,6 +27,8 @@ class Generator {
   virtual ~Generator() = default;
   virtual std::string kind() const = 0;
   virtual const std::map<std::string, std::vector<std::string>>& vocabulary() const = 0;
+  // Combinations of values that occurred in training, one value for each attribute, in a fixed order.
+  virtual const std::vector<Attributes>& combinations() const = 0;
   virtual std::shared_ptr<const Skeleton> skeleton() const = 0;
   virtual double frame_rate_hz() const = 0;
   virtual std::string contacts_rule() const = 0;  // of the archive it was trained on

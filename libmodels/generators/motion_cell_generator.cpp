@@ -38,6 +38,16 @@ class MotionCellGenerator final : public Generator {
     std::size_t a = 0;
     for (const auto& [name, values] : vocabulary_)
       if (static_cast<int>(values.size()) != network.attribute_classes[a++]) refuse({file, 0, "vocabulary/" + name}, "another number of classes than the network's");
+    for (const auto& classes : trained_) {
+      if (classes.size() != vocabulary_.size()) refuse({file, 0, "config"}, "a combination of " + std::to_string(classes.size()) + " classes, expected one for each attribute");
+      Attributes combination;
+      a = 0;
+      for (const auto& [name, values] : vocabulary_) {
+        if (classes[a] >= values.size()) refuse({file, 0, "config"}, "a combination with a class that attribute " + name + " does not have");
+        combination[name] = values[classes[a++]];
+      }
+      combinations_.push_back(std::move(combination));
+    }
     std::int64_t stored = 0;
     for (const auto& [name, tensor] : model.weights) {
       stored += static_cast<std::int64_t>(tensor.values.size());
@@ -53,6 +63,7 @@ class MotionCellGenerator final : public Generator {
 
   std::string kind() const override { return "motion-cell"; }
   const std::map<std::string, std::vector<std::string>>& vocabulary() const override { return vocabulary_; }
+  const std::vector<Attributes>& combinations() const override { return combinations_; }
   std::shared_ptr<const Skeleton> skeleton() const override { return skeleton_; }
   double frame_rate_hz() const override { return rate_; }
   std::string contacts_rule() const override { return contacts_; }
@@ -90,6 +101,7 @@ class MotionCellGenerator final : public Generator {
       frames.get_to(default_frames_);
       if (!(rate_ > 0 && rate_ <= kMostHz)) refuse({}, fmt::format("frame_rate_hz is {}, expected a number above 0, at most {}", rate_, kMostHz));
       if (contacts_.starts_with("preset:")) preset_ = &contact_preset(contacts_.substr(7));
+      config.at("combinations").get_to(trained_);
       return motion_cell::config_from_json(config.at("network"));
     } catch (const nlohmann::json::exception& e) {
       refuse({file, 0, "config"}, std::string("not the configuration of a Motion Cell: ") + e.what());
@@ -125,6 +137,8 @@ class MotionCellGenerator final : public Generator {
   }
 
   std::map<std::string, std::vector<std::string>> vocabulary_;
+  std::vector<std::vector<std::size_t>> trained_;  // combinations as class numbers
+  std::vector<Attributes> combinations_;
   std::shared_ptr<const Skeleton> skeleton_;
   std::vector<float> mean_, deviation_;
   features::RotationRepresentation representation_{};

@@ -129,11 +129,15 @@ store::ModelFile MotionCellTraining::describe() const {
   store::ModelFile file;
   file.kind = "motion-cell";
   const auto& header = data_.header();
+  // Initial states of combinations that never occurred are untrained: the model says which did.
+  Json combinations = Json::array();
+  for (const auto& [classes, clips] : data_.combinations()) combinations.push_back(classes);
   file.config = Json{{"network", motion_cell::to_json(cell_->config())},
                      {"training", motion_cell::to_json(config_)},
                      {"representation", text(data_.layout().representation)},
                      {"frame_rate_hz", header.frame_rate_hz},
                      {"contacts", header.contacts_rule},
+                     {"combinations", combinations},
                      {"default_frames", 140}}
                     .dump();
   file.skeleton = header.skeleton;

@@ -36,7 +36,7 @@ MotionDataset::MotionDataset(const std::string& path, features::RotationRepresen
         if (2 * labelled >= reader.size() && values.size() <= 32 && key != "subject") attributes.push_back(key);
       }
     for (const auto& key : attributes) {
-      if (!counts.contains(key)) refuse({name, 0, {}}, "no clip has an attribute '" + key + "'");
+      if (!counts.contains(key)) refuse({name, 0, {}}, "no clip has an attribute '" + key + "', expected labels to condition on");
       vocabulary_[key];
     }
   }
@@ -47,7 +47,7 @@ MotionDataset::MotionDataset(const std::string& path, features::RotationRepresen
     if (std::all_of(vocabulary_.begin(), vocabulary_.end(), has)) labelled.push_back(i);
   }
   left_out_ = reader.size() - labelled.size();
-  if (labelled.empty()) refuse({name, 0, {}}, "no clip has all the attributes asked for");
+  if (labelled.empty()) refuse({name, 0, {}}, "no clip has all the attributes asked for, expected at least one");
   if (!like)
     for (auto& [key, values] : vocabulary_) {
       std::set<std::string> seen;

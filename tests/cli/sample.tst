@@ -93,3 +93,8 @@
 4 ~write.failed sample -q -m m.h5 -o - > /dev/full
 4 ~write.failed sample -q -m m.h5 -o - >&-
 1 . test -n "$(find . -name '*.part-*')"
+
+# combinations that were never trained on: left out, and refused when asked for
+0 . canonicalize -q corpus/walking_f001_1.bvh corpus/jogging_m001_1.bvh --labels corpus/labels.tsv -o p.h5 && train-vrnn -q p.h5 --steps 2 --batch 2 --window 6 --pretrain-steps 0 -o p.model
+0 true sample -q -m p.model -n 4 --frames 6 -o p4.h5 && ./q 'sorted({*zip(a[0].attribute("action"), a[0].attribute("gender"))}) == [("jogging", "male"), ("walking", "female")]' p4.h5
+2 ~expected.one.of.action=jogging.gender=male;.action=walking.gender=female sample -m p.model --attr action=walking --attr gender=male -o x.h5

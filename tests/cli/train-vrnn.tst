@@ -126,3 +126,8 @@
 4 ~full ./t c.h5 --steps 2 -o /dev/full
 4 ~folder ./t c.h5 --steps 2 -o folder
 1 . test -n "$(find . -name '*.part-*')"
+
+# a preset's share of word pretraining is kept however the length is given; the data is never its own output
+0 true train-vrnn -q c.h5 --batch 4 --window 6 --epochs 5 -o share.h5 && ./q 'm[0].json("config")["training"]["steps"] == 10 and m[0].json("config")["training"]["pretraining"]["steps"] == 2' share.h5
+2 ~is.the.archive.to.train.on cp c.h5 own.h5; train-vrnn own.h5 --steps 2 -f -o own.h5
+0 . cmp c.h5 own.h5

@@ -35,7 +35,7 @@ store::ModelFile random_model() {
   const motion_cell::MotionCell cell(network, 5);
   store::ModelFile m;
   m.kind = "motion-cell";
-  m.config = nlohmann::json{{"network", motion_cell::to_json(network)}, {"representation", "quaternion"}, {"frame_rate_hz", 30.0}, {"contacts", "preset:default"}, {"default_frames", 45}}.dump();
+  m.config = nlohmann::json{{"network", motion_cell::to_json(network)}, {"representation", "quaternion"}, {"frame_rate_hz", 30.0}, {"contacts", "preset:default"}, {"combinations", {{0, 0}, {0, 2}, {1, 0}, {1, 2}}}, {"default_frames", 45}}.dump();
   m.skeleton = canonical_body();
   m.weights = train::to_stored(nn::parameters_by_path(cell));
   m.mean.assign(90, 0.0f);
@@ -80,6 +80,8 @@ TEST(Generator, SurvivesTheModelFile) {
   EXPECT_EQ(read->frame_rate_hz(), 30);
   EXPECT_EQ(read->contacts_rule(), "preset:default");
   EXPECT_EQ(read->default_frames(), 45);
+  ASSERT_EQ(read->combinations().size(), 4u);
+  EXPECT_EQ(read->combinations()[1], (Attributes{{"action", "jump"}, {"mood", "sad"}}));
   EXPECT_TRUE(read->skeleton()->same_as(*canonical_body(), 1e-6));
   const auto a = direct->sample(orders(4, 20), {}), b = read->sample(orders(4, 20), {});
   for (std::size_t i = 0; i < 4; ++i) expect_same(a[i], b[i]);
@@ -161,12 +163,15 @@ TEST(Generator, DamagedConfigurations) {
     m.config = text;
     EXPECT_EQ(refusal(m).rfind("m.h5:config: not the configuration of a Motion Cell", 0), 0u) << text << ": " << refusal(m);
   }
-  for (const char* key : {"network", "representation", "frame_rate_hz", "contacts", "default_frames"}) expect("config", [&](auto& j) { j.erase(key); });
+  for (const char* key : {"network", "representation", "frame_rate_hz", "contacts", "combinations", "default_frames"}) expect("config", [&](auto& j) { j.erase(key); });
   expect("representation 'spin'", [](auto& j) { j["representation"] = "spin"; });
   expect("another number of values", [](auto& j) { j["representation"] = "rotation-matrix"; });
   expect("config", [](auto& j) { j["contacts"] = "preset:unheard-of"; });
   for (const auto& rate : std::vector<nlohmann::json>{0, -30, 1e300, nullptr, "30"}) expect("config", [&](auto& j) { j["frame_rate_hz"] = rate; });
   for (const auto& frames : std::vector<nlohmann::json>{0, -1, 1e300, 45.5, 1000001, ~std::uint64_t{0}, "45"}) expect("default_frames", [&](auto& j) { j["default_frames"] = frames; });
+  expect("one for each attribute", [](auto& j) { j["combinations"] = {{0}}; });
+  expect("does not have", [](auto& j) { j["combinations"] = {{0, 3}}; });
+  expect("config", [](auto& j) { j["combinations"] = 7; });
   expect("joints", [](auto& j) { j["network"]["joints"] = 20; });
   expect("joints", [](auto& j) { j["network"].erase("joints"); });
   expect("hidden is -1", [](auto& j) { j["network"]["hidden"] = -1; });
@@ -181,7 +186,7 @@ TEST(Generator, DamagedConfigurations) {
 TEST(Generator, DeepConfigurationsDoNotOverflowTheStack) {
   auto m = random_model();
   const std::string deep = std::string(2000000, '[') + std::string(2000000, ']');
-  m.config = R"({"network":{"joints":)" + deep + R"(},"representation":"quaternion","frame_rate_hz":30,"contacts":"","default_frames":45})";
+  m.config = R"({"network":{"joints":)" + deep + R"(},"representation":"quaternion","frame_rate_hz":30,"contacts":"","combinations":[[0,0]],"default_frames":45})";
   EXPECT_NE(refusal(m).find("joints is array"), std::string::npos);
 }
 
