@@ -77,7 +77,6 @@ function(add_tools)
   if(TARGET motion-export)
     add_custom_command(TARGET motion-export POST_BUILD
       COMMAND ${CMAKE_COMMAND} -E create_symlink motion-export ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/export)
-    install(CODE "execute_process(COMMAND \${CMAKE_COMMAND} -E create_symlink motion-export \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/bin/export)")
   endif()
   add_custom_target(tools DEPENDS ${tools})
   set(MOCAPKIT_TOOLS ${tools} PARENT_SCOPE)

@@ -36,7 +36,7 @@ say "5. what came out"
 {
   motion-compare "$out/samples.h5" --real "$out/split/train.h5" --unseen "$out/split/test.h5"
   echo
-  awk -F'\t' 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+  awk -F'\t' 'BEGIN { n = 0 } NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
     { loss[n] = $at["loss_per_word"]; angle[n++] = $at["rotation_deg"] }
     function mean(v, first, count,   i, sum) { for (i = first; i < first + count; i++) sum += v[i]; return sum / count }
     END { w = int(n / 50); if (w < 1) w = 1
