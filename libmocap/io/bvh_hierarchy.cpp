@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "libmocap/base/error.hpp"
-#include "libmocap/io/utf8.hpp"
+#include "libmocap/base/utf8.hpp"
 
 namespace mocap::io {
 namespace {

@@ -14,7 +14,7 @@
 #include "libmocap/base/checked.hpp"
 #include "libmocap/base/error.hpp"
 #include "libmocap/io/npy_header.hpp"
-#include "libmocap/io/utf8.hpp"
+#include "libmocap/base/utf8.hpp"
 
 namespace mocap::io {
 namespace {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libmocap/base/error.hpp"
+#include "libmocap/base/utf8.hpp"
 
 namespace mocap::store {
 namespace {
@@ -21,7 +22,7 @@ Vector3 vector3(const std::vector<float>& v, std::size_t row) { return Eigen::Ve
 }  // namespace
 
 void require_text(const std::string& text, const Where& where) {
-  if (!h5::is_utf8(text)) refuse(where, "is not UTF-8 text");
+  if (!is_utf8(text)) refuse(where, "is not UTF-8 text");
   if (text.find('\0') != std::string::npos) refuse(where, "a NUL character inside a text");
 }
 

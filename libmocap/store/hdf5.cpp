@@ -92,22 +92,4 @@ std::string unescape_link(std::string_view link) {
   return out;
 }
 
-bool is_utf8(std::string_view s) {
-  for (std::size_t i = 0; i < s.size();) {
-    const auto lead = static_cast<unsigned char>(s[i]);
-    const std::size_t n = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
-    if (n == 0 || i + n > s.size()) return false;
-    unsigned point = n == 1 ? lead : lead & (0x7fu >> n);
-    for (std::size_t k = 1; k < n; ++k) {
-      const auto c = static_cast<unsigned char>(s[i + k]);
-      if (c >> 6 != 2) return false;
-      point = point << 6 | (c & 0x3f);
-    }
-    constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
-    if (point < kLeast[n] || point > 0x10ffff || (point >= 0xd800 && point < 0xe000)) return false;
-    i += n;
-  }
-  return true;
-}
-
 }  // namespace mocap::store::h5

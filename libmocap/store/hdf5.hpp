@@ -33,8 +33,6 @@ std::recursive_mutex& library_mutex();
 std::string escape_link(std::string_view name);
 std::string unescape_link(std::string_view link);
 
-bool is_utf8(std::string_view text);
-
 // After HDF5 failed to write, its exit handler crashes: logs "tool: PATH: what", unlinks every unfinished output of this
 // process and leaves with status 4, running no exit handlers. `path` is the output as the user named it.
 [[noreturn]] void abandon_output(const std::string& path, const std::string& what);

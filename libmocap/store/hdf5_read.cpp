@@ -9,6 +9,7 @@
 
 #include "libmocap/base/checked.hpp"
 #include "libmocap/base/sha256.hpp"
+#include "libmocap/base/utf8.hpp"
 #include "libmocap/store/hdf5_handle.hpp"
 
 namespace mocap::store::h5 {

@@ -1,10 +1,10 @@
-// UTF-8 and its neighbours: joint names in text files, unicode arrays in npz files. Internal to libmocap/io.
+// UTF-8 and its neighbours: joint names in text files, unicode arrays in npz files, strings in HDF5.
 #pragma once
 #include <optional>
 #include <string>
 #include <string_view>
 
-namespace mocap::io {
+namespace mocap {
 
 // Code points of a UTF-8 text; nullopt where it is not UTF-8 (overlong forms and surrogates included).
 std::optional<std::u32string> from_utf8(std::string_view text);
@@ -18,4 +18,4 @@ inline std::string latin1_to_utf8(std::string_view text) {
   return to_utf8(points);
 }
 
-}  // namespace mocap::io
+}  // namespace mocap

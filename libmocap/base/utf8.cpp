@@ -1,6 +1,6 @@
-#include "libmocap/io/utf8.hpp"
+#include "libmocap/base/utf8.hpp"
 
-namespace mocap::io {
+namespace mocap {
 namespace {
 
 bool is_scalar(char32_t c) { return c < 0xd800 || (c > 0xdfff && c <= 0x10ffff); }
@@ -55,4 +55,4 @@ std::string to_utf8(std::u32string_view text) {
   return out;
 }
 
-}  // namespace mocap::io
+}  // namespace mocap
