@@ -23,6 +23,12 @@ struct ClipSource {
   double frame_rate_hz = 0;    // the file's own rate
   int phase = 0;               // decimation offset in source frames
   bool mirrored = false;
+  std::string unit;            // of the file's lengths, as found or forced: "m", "cm", "mm", "in", "cmu", "asf"; "" where there is no file
+  std::string up_axis;         // of the file: "y" or "z"; "" where there is no file
+  // Where the clip's frame lies in the source's world (metres, Z up): scale * p_source = Rz(yaw) p_clip + origin, before
+  // mirroring. scale is the ratio of leg lengths that retargeting applied; 1, 0 and the origin where nothing was moved.
+  double scale = 1, yaw = 0;
+  Vector3 origin = Vector3::Zero();
 };
 
 struct Segment {  // attributes that hold for a part of a clip
