@@ -9,6 +9,7 @@
 #include "libmocap/cli/reading_options.hpp"
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
+#include "libmocap/formats/joint_map_file.hpp"
 #include "libmocap/formats/labels.hpp"
 #include "libmocap/formats/motion_input.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
@@ -20,7 +21,7 @@ using namespace mocap;
 
 // What one input gives: finished clips, or an archive whose clips are taken one by one when its turn comes.
 struct Prepared {
-  std::vector<Clip> clips;
+  std::vector<Canonicalizer::Result> results;
   std::unique_ptr<formats::MotionInput> input;
 };
 
@@ -54,27 +55,50 @@ class Canonicalize final : public cli::Tool {
     app.add_option("--fps", options_.rate_hz, "frame rate of the output")->check(cli::between(0.1, 10000, "HZ"))->capture_default_str();
     app.add_option("--phases", phases_, "of a higher source rate: the first decimation offset, or all, each a clip")->check(cli::one_of({"first", "all"}))->capture_default_str();
     app.add_option("--contacts", options_.contacts, "rule that labels foot contacts")->check(cli::one_of(preset_names()))->capture_default_str();
+    app.add_option("--body", body_, "onto the canonical body, or kept on the common skeleton of the inputs, whose joints and bones the first one gives")
+        ->check(cli::one_of({"canonical", "source"}))->capture_default_str();
+    app.add_option("--joint-map", joint_map_, "which joint is which, where names do not tell: TOML, [joints], canonical = \"theirs\"")->check(cli::path("FILE.toml"));
+    app.add_option("--alignment", alignment_, "where the axes of joints come from: rest pose, motion, or the rest pose where it stands")
+        ->check(cli::one_of({"auto", "rest", "motion"}))->capture_default_str();
+    app.add_flag("--mirror", options_.mirror, "a mirrored copy after each clip, left and right exchanged");
+    app.add_option("--report", report_, "table of how far each bone of each clip points from its source's, and of foot slide added")->check(cli::path("FILE.tsv"));
     app.add_option("--min-seconds", options_.min_seconds, "refuse shorter clips")->check(cli::non_negative("SECONDS"))->capture_default_str();
   }
 
+  std::vector<std::string> non_content_options() const override { return {"--report"}; }
+
   Exit run(cli::Context& context) override {
     options_.all_phases = phases_ == "all";
-    const Canonicalizer canonicalizer(options_);
+    options_.alignment = alignment_ == "rest" ? Alignment::rest : alignment_ == "motion" ? Alignment::motion : Alignment::automatic;
+    if (body_ == "source" && !report_.empty()) refuse_usage("--report --body source: nothing is retargeted, expected --body canonical");
+    if (!report_.empty()) check_output(report_, context.overwrite());
     std::optional<formats::Labels> labels;
-    if (!labels_.empty()) labels = formats::Labels::read(labels_);
+    std::vector<HistoryInput> tables;  // read beside the motion
+    if (!labels_.empty()) {
+      labels = formats::Labels::read(labels_);
+      tables.push_back({base_name(labels_), labels->sha256()});
+    }
+    read_options_ = reading_.options();
+    if (!joint_map_.empty()) {
+      const auto map = formats::read_joint_map(joint_map_);
+      read_options_.joints = map.joints;
+      tables.push_back({base_name(joint_map_), map.sha256});
+    }
 
-    if (done_before(context, labels)) {
+    if (done_before(context, tables)) {
       log::info("{} is up to date", context.common().output);
       return Exit::ok;
     }
+    if (body_ == "source") options_.body = common_body(context);
+    const Canonicalizer canonicalizer(options_);
     store::ArchiveHeader header;
-    header.skeleton = canonical_body();
+    header.skeleton = options_.body ? options_.body : canonical_body();
     header.frame_rate_hz = options_.rate_hz;
     header.contacts_rule = "preset:" + options_.contacts;
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
     std::set<std::string> names;
-    std::vector<HistoryInput> inputs;
-    if (labels) inputs.push_back({base_name(labels_), labels->sha256()});
+    std::vector<HistoryInput> inputs = tables;
+    Report report;
     std::size_t frames = 0, unlabelled = 0;
     double seconds = 0;
     const auto finish_clip = [&](Clip& clip) {
@@ -86,20 +110,24 @@ class Canonicalize final : public cli::Tool {
       seconds += clip.seconds();
       writer.add(clip);
     };
+    const auto finish_result = [&](const cli::InputFile& file, Canonicalizer::Result&& result) {
+      for (const auto& note : result.notes) log::info("{}: {}", file.label, note);
+      if (result.report) report.add(result.clips.front().name, *result.report);
+      for (Clip& clip : result.clips) finish_clip(clip);
+    };
     const Exit status = context.for_each<Prepared>(
         [&](const cli::InputFile& file) {
           Prepared p;
-          p.input = formats::open_motion(file.path, file.label, reading_.options());
+          p.input = file.path == "-" && stdin_ ? std::move(stdin_) : formats::open_motion(file.path, file.label, read_options_);
           if (p.input->format() == "archive") return p;
-          p.clips = prepare(*p.input, 0, file, labels, canonicalizer);
+          p.results.push_back(prepare(*p.input, 0, file, labels, canonicalizer));
           return p;
         },
         [&](const cli::InputFile& file, Prepared&& p) {
           for (const auto& note : p.input->notes()) log::debug("{}: {}", file.label, note);
-          for (Clip& clip : p.clips) finish_clip(clip);
-          if (p.clips.empty())
-            for (std::size_t i = 0; i < p.input->size(); ++i)
-              for (Clip& clip : prepare(*p.input, i, file, labels, canonicalizer)) finish_clip(clip);
+          for (auto& result : p.results) finish_result(file, std::move(result));
+          if (p.results.empty())
+            for (std::size_t i = 0; i < p.input->size(); ++i) finish_result(file, prepare(*p.input, i, file, labels, canonicalizer));
           merge_into(history_, p.input->history());
           inputs.push_back({file.label, p.input->sha256()});
         });
@@ -107,6 +135,7 @@ class Canonicalize final : public cli::Tool {
     history_.push_back(context.history_entry(std::move(inputs)));
     writer.set_history(history_);
     writer.finish();
+    if (!report_.empty()) report.finish(report_, context.overwrite());
     if (unlabelled > 0) log::warn("{} of {} clips have no row in {}", unlabelled, writer.size(), labels_);
     log::info("{} clips, {} frames, {:.1f} s", writer.size(), frames, seconds);
     return status;
@@ -114,10 +143,9 @@ class Canonicalize final : public cli::Tool {
 
  private:
   // --skip-existing: an archive is one output, so it is done where it was made by this command from these very files.
-  bool done_before(cli::Context& context, const std::optional<formats::Labels>& labels) const {
+  bool done_before(cli::Context& context, const std::vector<HistoryInput>& tables) const {
     if (!context.common().skip_existing || context.common().output == "-") return false;
-    std::vector<HistoryInput> now;
-    if (labels) now.push_back({base_name(labels_), labels->sha256()});
+    std::vector<HistoryInput> now = tables;
     for (const auto& file : context.inputs()) {
       Digest digest{};
       try {
@@ -137,20 +165,69 @@ class Canonicalize final : public cli::Tool {
     return names;
   }
 
-  static std::vector<Clip> prepare(const formats::MotionInput& input, std::size_t i, const cli::InputFile& file, const std::optional<formats::Labels>& labels,
-                                   const Canonicalizer& canonicalizer) {
+  Canonicalizer::Result prepare(const formats::MotionInput& input, std::size_t i, const cli::InputFile& file, const std::optional<formats::Labels>& labels,
+                                const Canonicalizer& canonicalizer) const {
     try {
       Clip clip = input.read(i);
       if (labels) labels->apply(clip, file.path, file.label);
-      return canonicalizer(clip);
+      return canonicalizer(clip, !report_.empty());
     } catch (const Error& e) {
       throw e.status() == Exit::data && e.where().file.empty() ? e.in_file(file.path == "-" ? "<stdin>" : file.path) : e;
     }
   }
 
+  // --body source: the rig of the first input that can be read, whatever the shard. Its bones are every clip's.
+  std::shared_ptr<const Skeleton> common_body(cli::Context& context) {
+    for (const auto& file : context.all_inputs()) {
+      try {
+        auto input = formats::open_motion(file.path, file.label, read_options_);
+        const Clip clip = input->read(0);
+        if (file.path == "-") stdin_ = std::move(input);  // it can be read only once
+        if (const JointMap map = map_to_canonical(*clip.skeleton); !map.missing().empty()) continue;
+        std::vector<std::string> notes;
+        return without_translations(clip, notes).skeleton;
+      } catch (const Error& e) {
+        if (e.status() != Exit::data) throw;  // its turn to be rejected comes
+      }
+    }
+    throw Error(Exit::data, {context.common().output, 0, {}}, "not written: no input has a skeleton to keep");
+  }
+
+  // Bones of every clip against their source, in degrees, and slide added to feet that stand, in mm/s.
+  class Report {
+   public:
+    void add(const std::string& clip, const RetargetReport& report) {
+      for (const auto& b : report.bones) {
+        text_ += fmt::format("{}\t{}\t{}\t{}\t{:.3f}\t{:.3f}\t{}\t\t\n", clip, b.joint, b.child, b.source_joint, b.mean_deg, b.worst_deg, b.worst_frame);
+        // Pelvis to hip, chest to collar and ankle to toes are the shape of a body, not bones that point anywhere.
+        const bool trunk = b.joint.starts_with("spine") || b.joint == "neck";
+        if (b.joint == "pelvis" || b.joint.ends_with("_ankle") || (trunk && b.child.ends_with("_collar"))) continue;
+        auto& sum = trunk ? trunk_ : limbs_;
+        sum.first += b.mean_deg;
+        ++sum.second;
+      }
+      for (const auto& f : report.feet) {
+        text_ += fmt::format("{}\t{}\t\t\t\t\t\t{}\t{:.3f}\n", clip, f.joint, f.still_frames, 1000 * f.added_slide_mps);
+        slide_.first += 1000 * f.added_slide_mps * static_cast<double>(f.still_frames);
+        slide_.second += f.still_frames;
+      }
+    }
+    void finish(const std::string& path, Overwrite mode) const {
+      write_file(path, "clip\tjoint\tchild\tsource_joint\tmean_deg\tworst_deg\tworst_frame\tstill_frames\tadded_slide_mm_s\n" + text_, mode);
+      const auto mean = [](const std::pair<double, std::size_t>& s) { return s.second > 0 ? s.first / static_cast<double>(s.second) : 0; };
+      log::info("bone directions against the source: limbs {:.2f} degrees on average, spine and neck {:.2f}; slide added to standing feet {:.2f} mm/s", mean(limbs_), mean(trunk_), mean(slide_));
+    }
+
+   private:
+    std::string text_;
+    std::pair<double, std::size_t> limbs_{}, trunk_{}, slide_{};
+  };
+
+  std::unique_ptr<formats::MotionInput> stdin_;
   cli::ReadingOptions reading_;
+  formats::ReadOptions read_options_;
   CanonicalizeOptions options_;
-  std::string labels_, phases_ = "first";
+  std::string labels_, phases_ = "first", body_ = "canonical", joint_map_, alignment_ = "auto", report_;
   History history_;
 };
 

@@ -6,7 +6,7 @@ set -eu
 
 packages="g++ cmake ninja-build ccache pkg-config git
 libtorch-dev libopenblas-dev libeigen3-dev libcli11-dev libhdf5-dev libfmt-dev libspdlog-dev libzip-dev zlib1g-dev libssl-dev
-nlohmann-json3-dev libfast-float-dev librandom123-dev libcairo2-dev libgtest-dev libbenchmark-dev
+nlohmann-json3-dev libtomlplusplus-dev libfast-float-dev librandom123-dev libcairo2-dev libgtest-dev libbenchmark-dev
 python3-numpy python3-h5py python3-scipy hdf5-tools"
 
 if ! command -v apt-get > /dev/null || ! command -v dpkg-query > /dev/null; then
@@ -14,7 +14,7 @@ if ! command -v apt-get > /dev/null || ! command -v dpkg-query > /dev/null; then
 install-deps: no apt-get here, so nothing is installed. Provide these through modules or CMAKE_PREFIX_PATH (a list of
   prefixes, e.g. CMAKE_PREFIX_PATH=$HOME/libtorch:$HOME/.local):
     a C++20 compiler (g++ 12 or newer), CMake 3.25, Ninja, pkg-config
-    Eigen 3.4, CLI11 2.1, HDF5 1.10 to 1.14 (C), fmt 9, spdlog 1.10, nlohmann-json 3, fast_float, Random123,
+    Eigen 3.4, CLI11 2.1, HDF5 1.10 to 1.14 (C), fmt 9, spdlog 1.10, nlohmann-json 3, toml++ 3, fast_float, Random123,
     libzip, zlib, OpenSSL (crypto), cairo
     LibTorch 1.13 or 2.x (without it only the file tools are built) and OpenBLAS
     GoogleTest for the tests (-DMOCAPKIT_TESTS=OFF without), google-benchmark (-DMOCAPKIT_BENCH=OFF),

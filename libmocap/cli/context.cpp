@@ -30,7 +30,7 @@ struct Context::State {
   Tool& tool;
   CLI::App& app;
   Common common;
-  std::vector<InputFile> inputs;
+  std::vector<InputFile> inputs, all;
   bool lone = false;
   Progress line;
   std::string rejects = "file\tline\tstatus\treason\n";
@@ -53,6 +53,7 @@ Context::Context(Tool& tool, CLI::App& app, Common common) : state_(std::make_un
   if (s.lone && s.inputs[0].failure) throw Error(*s.inputs[0].failure);
   if (s.lone && typed[0] != "-" && ::access(typed[0].c_str(), R_OK) != 0)
     refuse({typed[0], 0, {}}, std::string("cannot be opened: ") + std::strerror(errno));
+  s.all = s.inputs;
   if (!s.common.shard.empty()) s.inputs = take_shard(std::move(s.inputs), s.common.shard);
 }
 
@@ -63,6 +64,7 @@ Overwrite Context::overwrite() const { return common().force || common().skip_ex
 int Context::threads() const { return common().threads; }
 std::uint64_t Context::seed() const { return common().seed; }
 const std::vector<InputFile>& Context::inputs() const { return state_->inputs; }
+const std::vector<InputFile>& Context::all_inputs() const { return state_->all; }
 bool Context::lone_input() const { return state_->lone; }
 
 HistoryEntry Context::history_entry(std::vector<HistoryInput> inputs) const {

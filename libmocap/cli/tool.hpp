@@ -70,6 +70,7 @@ class Context {
   int threads() const;
   std::uint64_t seed() const;
   const std::vector<InputFile>& inputs() const;  // expanded, sorted within folders, sharded; Error(data) for a missing lone one
+  const std::vector<InputFile>& all_inputs() const;  // those of every shard
   bool lone_input() const;  // the command line named a single file (or "-"): its own status is the batch's
 
   // This command as a provenance entry: normalised argv (the tool and the options that change content, effective values,

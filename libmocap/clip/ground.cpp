@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "libmocap/base/error.hpp"
-#include "libmocap/skeleton/canonical_body.hpp"
+#include "libmocap/skeleton/rest_pose.hpp"
 
 namespace mocap {
 namespace {
@@ -35,7 +35,8 @@ std::array<FootTrack, 4> foot_tracks(const Clip& clip) {
     for (std::size_t k = 0; k < 4; ++k)
       if (joint[k] >= 0) tracks[k].position.push_back(pose.positions[static_cast<std::size_t>(joint[k])]);
   }
-  for (std::size_t k = 0; k < 4; ++k) tracks[k].sole_height = k < 2 ? kFootSoleHeight : kAnkleSoleHeight;
+  const SoleHeights sole = sole_heights(*clip.skeleton);
+  for (std::size_t k = 0; k < 4; ++k) tracks[k].sole_height = k < 2 ? sole.toe : sole.ankle;
   return tracks;
 }
 
@@ -79,6 +80,7 @@ double floor_height(const Clip& clip) {
 double set_on_ground(Clip& clip) {
   const double shift = -floor_height(clip);
   for (auto& p : clip.root_position) p.z() += shift;
+  clip.source.origin.z() -= shift;
   return shift;
 }
 

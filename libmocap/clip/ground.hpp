@@ -7,12 +7,13 @@
 
 namespace mocap {
 
-// Height of the floor under the canonical body's soles, from the frames in which the lower foot is slow (below 0.25 m/s):
+// Height of the floor under the soles, from the frames in which the lower foot is slow (below 0.25 m/s):
 // the 25th percentile of the lower sole's height; over all frames the 5th percentile where fewer than 5 frames are slow.
-// Sole height of a foot: min(ankle - kAnkleSoleHeight, toe base - kFootSoleHeight). Robust against single frames.
+// Height of a sole: the lower of ankle and toe base above it (skeleton/rest_pose.hpp, sole_heights). Robust against single frames; 0 for a
+// skeleton without feet.
 double floor_height(const Clip& clip);
 
-// Lowers or lifts the whole clip so that floor_height() is 0; returns the shift applied.
+// Lowers or lifts the whole clip so that floor_height() is 0; returns the shift applied. source.origin follows.
 double set_on_ground(Clip& clip);
 
 // A contact rule in physical units: the foot is down while its toe base or its ankle is slower than speed_mps and its sole

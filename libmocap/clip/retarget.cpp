@@ -1,10 +1,15 @@
 #include "libmocap/clip/retarget.hpp"
 
-#include <fmt/core.h>
-#include <fmt/ranges.h>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
 
 #include "libmocap/base/error.hpp"
+#include "libmocap/clip/leg_reach.hpp"
+#include "libmocap/clip/pose_alignment.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
+#include "libmocap/skeleton/rest_pose.hpp"
 
 namespace mocap {
 namespace {
@@ -20,28 +25,54 @@ const char* bone_child(const std::string& joint) {
   return it == next.end() ? nullptr : it->second;
 }
 
-double leg(const std::vector<Vector3>& p, int hip, int knee, int ankle) {
-  const auto at = [&](int j) { return p[static_cast<std::size_t>(j)]; };
-  return (at(knee) - at(hip)).norm() + (at(ankle) - at(knee)).norm();
-}
+// Heel above the toes, radians: between these the toe base takes over from the ankle. A foot is seldom quite flat when it is set down, and is not
+// yet still where it stands on the heel alone.
+constexpr double kOnHeel = -15 * std::numbers::pi / 180, kOnToes = -5 * std::numbers::pi / 180;
+// And back again: with the heel that high the foot swings, and the leg had better follow the source's.
+constexpr double kPushOff = 45 * std::numbers::pi / 180, kSwing = 75 * std::numbers::pi / 180;
 
 }  // namespace
 
-Retargeter::Retargeter(std::shared_ptr<const Skeleton> source) : source_(std::move(source)), map_(map_to_canonical(*source_)) {
-  const auto body = canonical_body();
-  if (const auto absent = map_.missing(); !absent.empty())
-    refuse({{}, 0, "skeleton"}, fmt::format("no joint found for {} among its {} joints, expected a body with legs and arms", fmt::join(absent, ", "), source_->joint_count()));
-  const auto t_pose = t_pose_orientations(*source_, map_);
-  if (!t_pose)
-    refuse({{}, 0, "skeleton"}, "its rest pose does not stand upright and the rig is of no known family, expected legs down at zero rotation");
+bool Retargeter::rest_pose_stands(const Skeleton& source) { return t_pose_orientations(source, map_to_canonical(source)).has_value(); }
 
-  const auto n = static_cast<std::size_t>(source_->joint_count());
-  std::vector<Vector3> p(n, Vector3::Zero());
-  for (std::size_t j = 1; j < n; ++j) {
-    const auto parent = static_cast<std::size_t>(source_->parents[j]);
-    p[j] = p[parent] + (*t_pose)[parent] * source_->rest_offsets[j];
-  }
+void Retargeter::require_joints() const {
+  if (!map_.missing().empty())
+    refuse({{}, 0, "skeleton"}, describe_missing(*source_, map_) + "; expected a body with legs and arms", "--joint-map FILE says which joint is which");
+}
+
+Retargeter::Retargeter(std::shared_ptr<const Skeleton> source) : source_(std::move(source)), map_(map_to_canonical(*source_)) {
+  require_joints();
+  const auto t_pose = t_pose_orientations(*source_, map_);
+  if (!t_pose) refuse({{}, 0, "skeleton"}, "its rest pose does not stand upright, expected legs down and arms out or down at zero rotation");
+  find_bones();
+  align_from_rest(*t_pose);
+  measure_legs();
+}
+
+Retargeter::Retargeter(std::shared_ptr<const Skeleton> source, const Clip& motion) : source_(std::move(source)), map_(map_to_canonical(*source_)) {
+  require_joints();
+  find_bones();
+  alignment_ = alignment_from_motion(motion, map_);
+  measure_legs();
+}
+
+void Retargeter::find_bones() {
+  const auto body = canonical_body();
   const auto canonical = rest_positions(*body);
+  for (std::size_t c = 0; c < 22; ++c) {
+    const char* child = bone_child(body->joint_names[c]);
+    if (!child || map_.source[c] < 0) continue;
+    const auto k = static_cast<std::size_t>(body->find(child));
+    // A child joint this rig does not have: the next one up the chain gives the direction.
+    int to = map_.source[k];
+    for (; to < 0 && bone_child(child); to = map_.source_of(child)) child = bone_child(child);
+    if (to >= 0) bones_.push_back({c, static_cast<std::size_t>(map_.source[c]), static_cast<std::size_t>(to), (canonical[k] - canonical[c]).normalized()});
+  }
+}
+
+void Retargeter::align_from_rest(const std::vector<Quaternion>& t_pose) {
+  const auto body = canonical_body();
+  const auto p = t_pose_positions(*source_, t_pose);
   std::vector<Quaternion> m(22, Quaternion::Identity());
   alignment_.assign(22, Quaternion::Identity());
   for (std::size_t c = 0; c < 22; ++c) {
@@ -57,31 +88,49 @@ Retargeter::Retargeter(std::shared_ptr<const Skeleton> source) : source_(std::mo
         ahead.z() = 0;
         if (ahead.norm() > 1e-6) m[c] = m[c] * rotation_between(Vector3::UnitX(), ahead);
       }
-    } else if (const char* child = bone_child(name); child && from >= 0) {
-      // A child joint this rig does not have: the next one up the chain gives the direction.
-      int to = map_.source_of(child);
-      for (std::string next = child; to < 0 && bone_child(next);) {
-        next = bone_child(next);
-        to = map_.source_of(next);
-      }
-      const auto k = static_cast<std::size_t>(body->find(child));
-      if (to >= 0) {
-        const Vector3 d = p[static_cast<std::size_t>(to)] - p[static_cast<std::size_t>(from)];
-        if (d.norm() > 1e-6) m[c] = m[c] * rotation_between(canonical[k] - canonical[c], m[c].conjugate() * d);
-      }
     }
-    if (from >= 0) alignment_[c] = (*t_pose)[static_cast<std::size_t>(from)].conjugate() * m[c];
+    for (const Bone& bone : bones_) {
+      if (bone.joint != c) continue;
+      const Vector3 d = p[bone.to] - p[bone.from];
+      if (d.norm() > 1e-6) m[c] = m[c] * rotation_between(bone.direction, m[c].conjugate() * d);
+    }
+    if (from >= 0) alignment_[c] = t_pose[static_cast<std::size_t>(from)].conjugate() * m[c];
   }
-  const auto mean_leg = [](const std::vector<Vector3>& q, const std::array<int, 6>& j) { return (leg(q, j[0], j[1], j[2]) + leg(q, j[3], j[4], j[5])) / 2; };
-  std::array<int, 6> ours{}, theirs{};
-  const char* const names[] = {"left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle"};
-  for (std::size_t i = 0; i < 6; ++i) {
-    ours[i] = body->find(names[i]);
-    theirs[i] = map_.source_of(names[i]);
-  }
-  const double length = mean_leg(p, theirs);
+}
+
+void Retargeter::measure_legs() {
+  const auto body = canonical_body();
+  const auto offset = [&](std::size_t c) { return body->rest_offsets[c]; };
+  const double length = leg_length(*source_, map_);
   if (!(length > 0)) refuse({{}, 0, "skeleton"}, "legs of length 0, expected bones between hip, knee and ankle");
-  scale_ = mean_leg(canonical, ours) / length;
+  scale_ = leg_length(*body, map_to_canonical(*body)) / length;
+  for (const std::size_t k : {0, 1}) {
+    const std::string p = k == 0 ? "left_" : "right_";
+    const auto index = [&](const char* part) { return static_cast<std::size_t>(body->find(p + part)); };
+    Leg& leg = legs_[k];
+    leg.hip = index("hip"), leg.knee = index("knee"), leg.ankle = index("ankle"), leg.foot = index("foot");
+    leg.thigh = offset(leg.knee).norm(), leg.shank = offset(leg.ankle).norm(), leg.foot_offset = offset(leg.foot);
+    leg.source_ankle = static_cast<std::size_t>(map_.source[leg.ankle]);
+    leg.source_toe = map_.source[leg.foot];
+    double own = 0;
+    for (int j = map_.source[leg.ankle]; j != map_.source[leg.hip]; j = source_->parents[static_cast<std::size_t>(j)]) own += source_->rest_offsets[static_cast<std::size_t>(j)].norm();
+    leg.lift = scale_ * own - leg.thigh - leg.shank;
+    // In T-pose the canonical ankle is not turned, so the source's is turned by A^-1. Joints between ankle and toe are taken as straight.
+    Vector3 toe = Vector3::Zero();
+    for (int j = leg.source_toe; j >= 0 && j != map_.source[leg.ankle]; j = source_->parents[static_cast<std::size_t>(j)]) toe += source_->rest_offsets[static_cast<std::size_t>(j)];
+    leg.toe_difference = scale_ * (alignment_[leg.ankle].conjugate() * toe) - leg.foot_offset;
+  }
+}
+
+Vector3 Retargeter::ankle_target(const Leg& leg, const Pose& source, const Quaternion& foot) const {
+  const Vector3 ankle = source.positions[leg.source_ankle];
+  Vector3 target = scale_ * ankle + Vector3(0, 0, leg.lift);
+  if (leg.source_toe < 0) return target;
+  const double lift = std::asin(std::clamp(-(foot * Vector3::UnitX()).z(), -1.0, 1.0));  // of the heel, above 0 on the toes
+  const double w = std::clamp(std::min((lift - kOnHeel) / (kOnToes - kOnHeel), (kSwing - lift) / (kSwing - kPushOff)), 0.0, 1.0);
+  if (w == 0) return target;
+  const Vector3 v_s = scale_ * (source.positions[static_cast<std::size_t>(leg.source_toe)] - ankle), v_c = foot * leg.foot_offset;
+  return target + w * (v_s - v_c - yaw_rotation(yaw_of(foot)) * leg.toe_difference);
 }
 
 Clip Retargeter::apply(const Clip& clip) const {
@@ -92,27 +141,94 @@ Clip Retargeter::apply(const Clip& clip) const {
   out.frame_rate_hz = clip.frame_rate_hz;
   out.attributes = clip.attributes;
   out.source = clip.source;
+  out.source.scale *= scale_;
+  out.source.origin *= scale_;
   out.segments = clip.segments;
   out.path = clip.path;
   out.rotations.resize(clip.frames() * 22);
   out.root_position.resize(clip.frames());
-  const auto left = static_cast<std::size_t>(map_.source_of("left_hip")), right = static_cast<std::size_t>(map_.source_of("right_hip"));
-  const Vector3 hips = (body->rest_offsets[static_cast<std::size_t>(body->find("left_hip"))] + body->rest_offsets[static_cast<std::size_t>(body->find("right_hip"))]) / 2;
+  const auto left = static_cast<std::size_t>(map_.source[legs_[0].hip]), right = static_cast<std::size_t>(map_.source[legs_[1].hip]);
+  const Vector3 hips = (body->rest_offsets[legs_[0].hip] + body->rest_offsets[legs_[1].hip]) / 2;
   Pose pose;
   std::array<Quaternion, 22> world;
   for (std::size_t t = 0; t < clip.frames(); ++t) {
     world_pose(clip, t, pose);
-    const auto local = out.frame(t);
     for (std::size_t c = 0; c < 22; ++c) {
-      const int s = map_.source[c], parent = body->parents[c];
-      world[c] = s >= 0 ? pose.rotations[static_cast<std::size_t>(s)] * alignment_[c] : world[static_cast<std::size_t>(parent)];
-      local[c] = parent < 0 ? world[c] : world[static_cast<std::size_t>(parent)].conjugate() * world[c];
-      local[c].normalize();
+      const int s = map_.source[c];
+      world[c] = s >= 0 ? pose.rotations[static_cast<std::size_t>(s)] * alignment_[c] : world[static_cast<std::size_t>(body->parents[c])];
+    }
+    for (const Bone& bone : bones_) {
+      const Vector3 d = pose.positions[bone.to] - pose.positions[bone.from], now = world[bone.joint] * bone.direction;
+      const double length = d.norm();
+      if (length > 1e-6 && (d / length - now).squaredNorm() > 1e-14) world[bone.joint] = rotation_between(now, d) * world[bone.joint];
     }
     out.root_position[t] = scale_ * (pose.positions[left] + pose.positions[right]) / 2 - world[0] * hips;
+    for (const Leg& leg : legs_)
+      reach(out.root_position[t] + world[0] * body->rest_offsets[leg.hip], leg.thigh, leg.shank, ankle_target(leg, pose, world[leg.ankle]), world[leg.hip], world[leg.knee]);
+    const auto local = out.frame(t);
+    for (std::size_t c = 0; c < 22; ++c) {
+      local[c] = c == 0 ? world[c] : world[static_cast<std::size_t>(body->parents[c])].conjugate() * world[c];
+      local[c].normalize();
+    }
   }
   make_sign_continuous(out);
   return out;
+}
+
+RetargetReport report_retargeting(const Retargeter& retargeter, const Clip& source, const Clip& result) {
+  const auto body = canonical_body();
+  const JointMap& map = retargeter.map();
+  RetargetReport report;
+  struct Pair {
+    std::size_t joint, child, source_joint, source_child;
+    double sum = 0;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t c = 1; c < 22; ++c) {
+    const auto p = static_cast<std::size_t>(body->parents[c]);
+    if (map.source[c] < 0 || map.source[p] < 0) continue;
+    pairs.push_back({p, c, static_cast<std::size_t>(map.source[p]), static_cast<std::size_t>(map.source[c])});
+    report.bones.push_back({body->joint_names[p], body->joint_names[c], source.skeleton->joint_names[pairs.back().source_joint]});
+  }
+  // The result may have been turned to face forward: directions and velocities are compared in the source's heading.
+  const Quaternion back = yaw_rotation(result.source.yaw - source.source.yaw);
+  Pose theirs, ours;
+  std::array<Vector3, 2> their_foot, our_foot;
+  std::array<std::size_t, 2> theirs_at{}, ours_at{};
+  for (const std::size_t k : {0, 1}) {
+    const std::string p = k == 0 ? "left_" : "right_";
+    const bool toe = map.source_of(p + "foot") >= 0;
+    report.feet[k].joint = p + (toe ? "foot" : "ankle");
+    theirs_at[k] = static_cast<std::size_t>(map.source_of(report.feet[k].joint));
+    ours_at[k] = static_cast<std::size_t>(body->find(report.feet[k].joint));
+  }
+  const std::size_t frames = std::min(source.frames(), result.frames());
+  for (std::size_t t = 0; t < frames; ++t) {
+    world_pose(source, t, theirs);
+    world_pose(result, t, ours);
+    for (std::size_t b = 0; b < pairs.size(); ++b) {
+      const Vector3 v = theirs.positions[pairs[b].source_child] - theirs.positions[pairs[b].source_joint], w = back * (ours.positions[pairs[b].child] - ours.positions[pairs[b].joint]);
+      if (v.norm() < 1e-6) continue;
+      const double angle = std::atan2(v.cross(w).norm(), v.dot(w)) * 180 / std::numbers::pi;
+      pairs[b].sum += angle;
+      if (angle > report.bones[b].worst_deg) report.bones[b].worst_deg = angle, report.bones[b].worst_frame = t;
+    }
+    for (const std::size_t k : {0, 1}) {
+      const Vector3 a = retargeter.scale() * theirs.positions[theirs_at[k]], b = back * ours.positions[ours_at[k]];
+      if (t > 0) {
+        const Vector3 moved = (a - their_foot[k]) * source.frame_rate_hz, added = (b - our_foot[k]) * source.frame_rate_hz - moved;
+        if (moved.norm() < RetargetReport::kStillFoot) {
+          ++report.feet[k].still_frames;
+          report.feet[k].added_slide_mps += added.head<2>().norm();
+        }
+      }
+      their_foot[k] = a, our_foot[k] = b;
+    }
+  }
+  for (std::size_t b = 0; b < pairs.size(); ++b) report.bones[b].mean_deg = frames > 0 ? pairs[b].sum / static_cast<double>(frames) : 0;
+  for (auto& foot : report.feet)
+    if (foot.still_frames > 0) foot.added_slide_mps /= static_cast<double>(foot.still_frames);
+  return report;
 }
 
 }  // namespace mocap

@@ -7,6 +7,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/skeleton/joint_map.hpp"
+#include "libmocap/skeleton/rest_pose.hpp"
 
 namespace mocap {
 namespace {
@@ -17,25 +18,6 @@ constexpr double kTypicalStature = 1.65;  // extent of a whole rest pose, metres
 // The cyclic permutation that carries Y up to Z up.
 Vector3 y_to_z(const Vector3& v) { return {v.z(), v.x(), v.y()}; }
 Quaternion y_to_z(const Quaternion& q) { return {q.w(), q.z(), q.x(), q.y()}; }
-
-double chain_length(const Skeleton& s, int from, int down_to) {
-  double length = 0;
-  for (int j = down_to; j != from; j = s.parents[static_cast<std::size_t>(j)]) {
-    if (j < 0) return 0;
-    length += s.rest_offsets[static_cast<std::size_t>(j)].norm();
-  }
-  return length;
-}
-
-double leg_length(const Skeleton& s) {
-  const JointMap map = map_to_canonical(s);
-  const auto side = [&](const char* hip, const char* ankle) {
-    const int a = map.source_of(hip), b = map.source_of(ankle);
-    return a >= 0 && b >= 0 ? chain_length(s, a, b) : 0.0;
-  };
-  const double left = side("left_hip", "left_ankle"), right = side("right_hip", "right_ankle");
-  return left > 0 && right > 0 ? (left + right) / 2 : std::max(left, right);
-}
 
 double extent(const Clip& raw) {
   Pose pose;
@@ -117,7 +99,7 @@ WorldFrame detect_world_frame(const Clip& raw, Unit unit, UpAxis up) {
   WorldFrame frame;
   frame.unit = unit;
   frame.up = up;
-  const double leg = leg_length(*raw.skeleton);
+  const double leg = leg_length(*raw.skeleton, map_to_canonical(*raw.skeleton));
   if (unit == Unit::automatic) {
     double factor = 1;
     const double size = leg > 0 ? leg : extent(raw);
@@ -189,6 +171,43 @@ std::size_t calibration_frames(const Clip& clip) {
   return 0;
 }
 
+void require_right_handed(const Clip& clip) {
+  const JointMap map = map_to_canonical(*clip.skeleton);
+  if (!map.missing().empty()) return;
+  Pose pose;
+  const auto at = [&](const std::string& name) { return pose.positions[static_cast<std::size_t>(map.source_of(name))]; };
+  double toes = 0, knees = 0;
+  std::size_t seen = 0;
+  const std::size_t step = std::max<std::size_t>(1, clip.frames() / 128);
+  const bool has_toes = map.source_of("left_foot") >= 0 && map.source_of("right_foot") >= 0;
+  for (std::size_t t = 0; t < clip.frames(); t += step) {
+    world_pose(clip, t, pose);
+    const Vector3 across = at("left_hip") - at("right_hip") + at("left_shoulder") - at("right_shoulder");
+    const Vector3 trunk = at("left_shoulder") + at("right_shoulder") - at("left_hip") - at("right_hip");
+    if (across.norm() < 1e-6 || trunk.norm() < 1e-6) continue;
+    const Vector3 forward = across.normalized().cross(trunk.normalized());
+    ++seen;
+    for (const char* side : {"left_", "right_"}) {
+      const std::string p = side;
+      const Vector3 thigh = (at(p + "knee") - at(p + "hip")).normalized(), shank = (at(p + "ankle") - at(p + "knee")).normalized();
+      knees += thigh.cross(shank).dot(across.normalized()) / 2;  // sine of the bend; positive: the heel rises behind
+      if (!has_toes) continue;
+      // Across the shank, so that a leg swung back does not count.
+      Vector3 toe = at(p + "foot") - at(p + "ankle"), ahead = forward;
+      toe -= toe.dot(shank) * shank;
+      ahead -= ahead.dot(shank) * shank;
+      if (toe.norm() > 1e-6 && ahead.norm() > 1e-6) toes += toe.normalized().dot(ahead.normalized()) / 2;
+    }
+  }
+  if (seen == 0) return;
+  toes /= static_cast<double>(seen), knees /= static_cast<double>(seen);
+  if (has_toes ? toes < -0.3 && knees < 0.05 : knees < -0.1)
+    refuse({{}, 0, "clip " + clip.name},
+           fmt::format("left and right are exchanged, or the axes are left-handed: with the left side at the left {}the knees bend {}, expected a right-handed file",
+                       has_toes ? "the toes point backwards and " : "", knees < 0 ? "forwards" : "hardly"),
+           "a reflection is no rotation; export the file again with right-handed axes");
+}
+
 std::optional<double> facing_yaw(const Skeleton& skeleton, const Pose& pose) {
   Vector3 across = Vector3::Zero();
   for (const char* part : {"hip", "shoulder"}) {
@@ -209,9 +228,12 @@ void face_forward(Clip& clip) {
     world_pose(clip, t, pose);
     yaw = facing_yaw(*clip.skeleton, pose);
   }
-  const Quaternion turn = yaw_rotation(-yaw.value_or(yaw_of(clip.rotations[0])));
+  const double heading = yaw.value_or(yaw_of(clip.rotations[0]));
+  const Quaternion turn = yaw_rotation(-heading);
   Vector3 origin = clip.root_position[0];
   origin.z() = 0;
+  clip.source.origin += yaw_rotation(clip.source.yaw) * origin;
+  clip.source.yaw = wrap_angle(clip.source.yaw + heading);
   const auto j = static_cast<std::size_t>(clip.joints());
   for (std::size_t t = 0; t < clip.frames(); ++t) {
     clip.root_position[t] = turn * (clip.root_position[t] - origin);

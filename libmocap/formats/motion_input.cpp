@@ -9,6 +9,7 @@
 #include "libmocap/base/output_file.hpp"
 #include "libmocap/io/bvh.hpp"
 #include "libmocap/io/npz.hpp"
+#include "libmocap/skeleton/joint_map.hpp"
 #include "libmocap/store/archive.hpp"
 
 namespace mocap::formats {
@@ -78,9 +79,17 @@ void fill_source(Clip& clip, const std::string& label, const std::string& digest
   clip.source.end_s = clip.seconds();
 }
 
+// Which joint is which is found once, here; everything later goes by the roles.
+void assign_roles(Clip& clip, const ReadOptions& options) {
+  auto skeleton = std::make_shared<Skeleton>(*clip.skeleton);
+  skeleton->roles = roles_of(*skeleton, map_to_canonical(*skeleton, options.joints));
+  clip.skeleton = std::move(skeleton);
+}
+
 std::unique_ptr<MotionInput> open_bvh(const std::string& bytes, const std::string& label, const std::string& digest, const ReadOptions& options) {
   io::BvhFile file = io::parse_bvh(bytes, {options.lenient});
   Clip clip = std::move(file.clip);
+  assign_roles(clip, options);
   const WorldFrame frame = detect_world_frame(clip, options.unit, options.up);
   file.notes.insert(file.notes.end(), frame.notes.begin(), frame.notes.end());
   file.notes.push_back(fmt::format("unit {}, up axis {}, {} Hz", text(frame.unit), text(frame.up), clip.frame_rate_hz));
@@ -97,6 +106,7 @@ std::unique_ptr<MotionInput> open_bvh(const std::string& bytes, const std::strin
 
 std::unique_ptr<MotionInput> open_npz(const std::string& bytes, const std::string& label, const std::string& digest, const ReadOptions& options) {
   io::NpzMotion motion = io::parse_motion_npz(bytes);
+  if (motion.release == "source") assign_roles(motion.clip, options);
   fill_source(motion.clip, label, digest);
   if (options.first_frame == FirstFrame::drop && motion.clip.frames() > 1) motion.clip = cut(motion.clip, 1, motion.clip.frames() - 1);
   return std::make_unique<SingleClip>("npz (" + motion.release + ")", std::move(motion.clip), std::move(motion.history), std::vector<std::string>{}, digest);

@@ -1,5 +1,6 @@
 // Everything readable, probed by content: the one place that sees text formats, npz and archives.
 #pragma once
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,10 +16,12 @@ struct ReadOptions {
   UpAxis up = UpAxis::automatic;
   FirstFrame first_frame = FirstFrame::automatic;
   bool lenient = false;
+  std::map<std::string, std::string> joints;  // canonical name -> joint, by hand (joint_map_file.hpp)
 };
 
 // One opened file: one clip (BVH, npz) or many (archive). Clips come out in metres, Z up, local rotations unit and
-// sign-continuous, named after the file's stem (archives: their own names), with source path, digest and rate filled.
+// sign-continuous, named after the file's stem (archives: their own names), with source path, digest and rate filled, and the roles of
+// their skeletons from the joint map.
 class MotionInput {
  public:
   virtual ~MotionInput() = default;

@@ -1,130 +1,269 @@
 #include "libmocap/skeleton/joint_map.hpp"
 
-#include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <map>
-#include <numbers>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "libmocap/base/error.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
+#include "libmocap/skeleton/joint_names.hpp"
 
 namespace mocap {
 namespace {
 
-std::string normalised(std::string_view name) {
-  if (const auto colon = name.rfind(':'); colon != std::string_view::npos) name = name.substr(colon + 1);
-  std::string s;
-  for (const char c : name)
-    if (std::isalnum(static_cast<unsigned char>(c))) s += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  for (const char* prefix : {"mixamorig", "bip01", "joint"})
-    if (s.starts_with(prefix) && s.size() > std::string_view(prefix).size()) s = s.substr(std::string_view(prefix).size());
-  return s;
-}
+using Words = std::vector<std::string>;  // sorted
 
-// Part names without a side, best first. A name that means the clavicle in one convention means the upper arm in
-// another ("LeftShoulder"): the order of search in map_to_canonical settles that.
-const std::vector<std::string> kHip = {"upleg", "thigh", "upperleg", "hip", "femur"};
-const std::vector<std::string> kKnee = {"knee", "shin", "lowerleg", "lowleg", "calf", "tibia", "leg"};
-const std::vector<std::string> kAnkle = {"ankle", "foot"};
-const std::vector<std::string> kToe = {"toebase", "toes", "toe", "foot", "ball"};
-const std::vector<std::string> kArm = {"upperarm", "uparm", "arm", "humerus", "shoulder"};
-const std::vector<std::string> kCollar = {"collar", "clavicle", "collarbone", "shoulder"};
-const std::vector<std::string> kElbow = {"elbow", "forearm", "lowerarm", "lowarm", "radius"};
-const std::vector<std::string> kWrist = {"wrist", "hand"};
-const std::vector<std::string> kPelvis = {"hips", "pelvis", "hip", "root"};
-const std::vector<std::string> kHead = {"head"};
-const std::vector<std::string> kNeck = {"neck"};
-
-class Finder {
- public:
-  explicit Finder(const Skeleton& s) : skeleton_(s) {
-    for (int j = 0; j < s.joint_count(); ++j) names_.emplace(normalised(s.joint_names[static_cast<std::size_t>(j)]), j);
-  }
-  int centre(const std::vector<std::string>& parts) const {
-    for (const auto& p : parts)
-      for (const auto& candidate : {p, p + "1"})
-        if (const int j = lookup(candidate); j >= 0) return j;
-    return -1;
-  }
-  // The part on one side ("left"/"right"), below `ancestor` and not among `taken`.
-  int side(const char* side, const std::vector<std::string>& parts, int ancestor, std::initializer_list<int> taken = {}) const {
-    const std::string word = side, letter(1, side[0]);
-    for (const auto& p : parts)
-      for (const auto& candidate : {word + p, letter + p, p + word, p + letter}) {
-        const int j = lookup(candidate);
-        if (j >= 0 && below(j, ancestor) && std::find(taken.begin(), taken.end(), j) == taken.end()) return j;
-      }
-    return -1;
-  }
-  bool below(int joint, int ancestor) const {
-    if (ancestor < 0) return true;
-    for (int j = skeleton_.parents[static_cast<std::size_t>(joint)]; j >= 0; j = skeleton_.parents[static_cast<std::size_t>(j)])
-      if (j == ancestor) return true;
-    return false;
-  }
-
- private:
-  int lookup(const std::string& name) const {
-    const auto it = names_.find(name);
-    return it == names_.end() ? -1 : it->second;
-  }
-  const Skeleton& skeleton_;
-  std::map<std::string, int> names_;
-};
+// Spellings of each part, best first. A word that means the clavicle in one convention means the upper arm in another
+// ("LeftShoulder"): parts are looked for in the order that settles it.
+const std::vector<Words> kThigh = {Words{"thigh"}, Words{"leg", "up"}, Words{"femur"}, Words{"hip"}, Words{"leg"}};
+const std::vector<Words> kShank = {Words{"knee"}, Words{"leg", "low"}, Words{"shin"}, Words{"calf"}, Words{"tibia"}, Words{"leg"}};
+const std::vector<Words> kAnkle = {Words{"ankle"}, Words{"foot"}};
+const std::vector<Words> kToe = {Words{"base", "toe"}, Words{"toe"}, Words{"ball"}, Words{"foot"}};
+const std::vector<Words> kUpperArm = {Words{"arm", "up"}, Words{"arm"}, Words{"humerus"}, Words{"shoulder"}};
+const std::vector<Words> kCollar = {Words{"collar"}, Words{"clavicle"}, Words{"shoulder"}, Words{"collar", "shoulder"}};
+const std::vector<Words> kForearm = {Words{"elbow"}, Words{"arm", "low"}, Words{"radius"}, Words{"ulna"}, Words{"arm"}};
+const std::vector<Words> kHand = {Words{"wrist"}, Words{"hand"}};
 
 int canonical_index(std::string_view name) { return canonical_body()->find(name); }
 
-// Spreads canonical spine1..spine3 over the joints of the chain above the pelvis by relative height along the chain.
-void match_spine(const Skeleton& s, int pelvis, int neck, JointMap& map) {
-  std::vector<int> chain;  // joints above the pelvis up to, not including, the neck
-  for (int j = s.parents[static_cast<std::size_t>(neck)]; j >= 0 && j != pelvis; j = s.parents[static_cast<std::size_t>(j)]) chain.push_back(j);
+class Finder {
+ public:
+  explicit Finder(const Skeleton& s) : skeleton_(s), names_(joint_names_of(s)) {
+    const std::size_t n = s.parents.size();
+    depth_.assign(n, 0);
+    place_.assign(n, 0);
+    size_.assign(n, 1);
+    for (std::size_t j = n; j-- > 1;) size_[static_cast<std::size_t>(s.parents[j])] += size_[j];
+    std::vector<int> next(n, 1);
+    for (std::size_t j = 1; j < n; ++j) {
+      const auto p = static_cast<std::size_t>(s.parents[j]);
+      depth_[j] = depth_[p] + 1;
+      place_[j] = next[p];
+      next[p] += size_[j];
+      next[j] = place_[j] + 1;
+    }
+  }
+
+  // The part on one side, below `above` and none of `taken`: the best spelling, of that the joint nearest to the root that is no
+  // helper; of several at one depth (the toes of a foot) the one in their middle.
+  int side(Side side, const std::vector<Words>& spellings, int above, std::initializer_list<int> taken = {}) const {
+    for (const Words& words : spellings) {
+      std::vector<int> found;
+      for (int j = 0; j < skeleton_.joint_count(); ++j) {
+        const JointName& n = names_[static_cast<std::size_t>(j)];
+        if (n.side != side || n.words != words || !below(j, above) || std::find(taken.begin(), taken.end(), j) != taken.end()) continue;
+        if (!found.empty() && rank(j) > rank(found.front())) continue;
+        if (!found.empty() && rank(j) < rank(found.front())) found.clear();
+        found.push_back(j);
+      }
+      if (!found.empty()) return middle(found);
+    }
+    return -1;
+  }
+  // A joint without side, by words; the one nearest to the root (or farthest from it).
+  int centre(const std::vector<Words>& spellings, bool farthest = false) const {
+    for (const Words& words : spellings) {
+      int best = -1;
+      for (int j = 0; j < skeleton_.joint_count(); ++j) {
+        const JointName& n = names_[static_cast<std::size_t>(j)];
+        if (n.side != Side::none || n.words != words) continue;
+        if (best < 0 || (farthest ? depth(j) > depth(best) : rank(j) < rank(best))) best = j;
+      }
+      if (best >= 0) return best;
+    }
+    return -1;
+  }
+
+  bool below(int joint, int ancestor) const {
+    if (ancestor < 0) return true;
+    const auto j = static_cast<std::size_t>(joint), a = static_cast<std::size_t>(ancestor);
+    return place_[j] > place_[a] && place_[j] < place_[a] + size_[a];
+  }
+  int common_ancestor(int a, int b) const {
+    if (a < 0 || b < 0) return -1;
+    while (a != b) (depth(a) >= depth(b) ? a : b) = parent(depth(a) >= depth(b) ? a : b);
+    return a;
+  }
+  int parent(int j) const { return skeleton_.parents[static_cast<std::size_t>(j)]; }
+  int depth(int j) const { return depth_[static_cast<std::size_t>(j)]; }
+  const JointName& name(int j) const { return names_[static_cast<std::size_t>(j)]; }
+
+ private:
+  std::pair<bool, int> rank(int j) const { return {names_[static_cast<std::size_t>(j)].helper, depth(j)}; }
+  int middle(const std::vector<int>& found) const {
+    Vector3 mean = Vector3::Zero();
+    for (const int j : found) mean += skeleton_.rest_offsets[static_cast<std::size_t>(j)] / static_cast<double>(found.size());
+    const auto away = [&](int j) { return (skeleton_.rest_offsets[static_cast<std::size_t>(j)] - mean).norm(); };
+    return *std::min_element(found.begin(), found.end(), [&](int a, int b) { return away(a) < away(b) - 1e-12; });
+  }
+
+  const Skeleton& skeleton_;
+  std::vector<JointName> names_;
+  std::vector<int> depth_, place_, size_;  // place: in a walk that takes each branch whole, so that a branch is an interval
+};
+
+// Canonical spine1..spine3 onto the joints between pelvis and neck: each takes the joint nearest by its share of the chain's length,
+// so that a spine of any number of joints bends where the body does.
+void match_spine(const Skeleton& s, const Finder& find, int pelvis, int top, bool top_is_spine, JointMap& map) {
+  std::vector<int> chain;
+  for (int j = top_is_spine ? top : find.parent(top); j >= 0 && j != pelvis && !find.below(pelvis, j); j = find.parent(j)) chain.push_back(j);
   std::reverse(chain.begin(), chain.end());
-  // Joints lying on their parent carry rotation but no length of their own; the last of a coincident run stands for it.
-  const int n = static_cast<int>(chain.size());
-  if (n == 0) return;
-  const char* const names[] = {"spine1", "spine2", "spine3"};
-  for (int k = 0; k < 3; ++k) {
-    const int i = n >= 3 ? static_cast<int>(std::lround(k * (n - 1) / 2.0)) : (n == 2 ? (k == 0 ? 0 : k == 1 ? -1 : 1) : (k == 2 ? 0 : -1));
-    if (i >= 0) map.source[static_cast<std::size_t>(canonical_index(names[k]))] = chain[static_cast<std::size_t>(i)];
+  if (chain.empty()) return;
+  if (const std::size_t most = 24; chain.size() > most) {  // no spine, but it must not take cubic time
+    for (std::size_t k = 0; k < most; ++k) chain[k] = chain[k * (chain.size() - 1) / (most - 1)];
+    chain.resize(most);
   }
+  std::vector<double> along;
+  double length = 0;
+  for (const int j : chain) along.push_back(length += s.rest_offsets[static_cast<std::size_t>(j)].norm());
+  if (!top_is_spine) length += s.rest_offsets[static_cast<std::size_t>(top)].norm();
+  const auto body = canonical_body();
+  const std::array<const char*, 3> names = {"spine1", "spine2", "spine3"};
+  double total = 0, at = 0;
+  for (const char* n : {"spine1", "spine2", "spine3", "neck"}) total += body->rest_offsets[static_cast<std::size_t>(body->find(n))].norm();
+  std::array<double, 3> share{};
+  for (std::size_t k = 0; k < 3; ++k) share[k] = (at += body->rest_offsets[static_cast<std::size_t>(body->find(names[k]))].norm()) / total;
+  // Every assignment that keeps the order, at most one joint each; as many placed as there are joints, then the nearest.
+  const auto n = static_cast<int>(chain.size());
+  double best = std::numeric_limits<double>::infinity();
+  std::array<int, 3> chosen{-1, -1, -1};
+  for (int a = -1; a < n; ++a)
+    for (int b = -1; b < n; ++b)
+      for (int c = -1; c < n; ++c) {
+        const std::array<int, 3> pick{a, b, c};
+        int last = -1, placed = 0;
+        double cost = 0;
+        bool ordered = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+          if (pick[k] < 0) continue;
+          ordered = ordered && pick[k] > last;
+          last = pick[k];
+          ++placed;
+          cost += std::abs((length > 0 ? along[static_cast<std::size_t>(pick[k])] / length : 0.5) - share[k]);
+        }
+        cost += 10.0 * (std::min(n, 3) - placed);
+        if (ordered && cost < best - 1e-12) {
+          best = cost;
+          chosen = pick;
+        }
+      }
+  for (std::size_t k = 0; k < 3; ++k)
+    if (chosen[k] >= 0) map.source[static_cast<std::size_t>(canonical_index(names[k]))] = chain[static_cast<std::size_t>(chosen[k])];
 }
 
-bool is_bandai_namco(const Skeleton& s) {
-  for (const char* name : {"joint_Root", "Hips", "UpperLeg_L", "LowerLeg_R", "UpperArm_L", "Hand_R", "Toes_L"})
-    if (s.find(name) < 0) return false;
-  const int knee = s.find("LowerLeg_L");
-  const Vector3 d = s.rest_offsets[static_cast<std::size_t>(knee)].normalized();
-  return std::max({std::abs(d.x()), std::abs(d.y()), std::abs(d.z())}) > 0.999;
-}
-
-// Rotation whose columns are the images of the joint's local X and Y axes.
-Quaternion axes(const Vector3& x, const Vector3& y) {
-  RotationMatrix m;
-  m.col(0) = x;
-  m.col(1) = y;
-  m.col(2) = x.cross(y);
-  return to_quaternion(m);
-}
-
-// Bandai-Namco Research motion data: local +X runs down the bone on the left and centre, up the bone on the right; the
-// hinge of knee and elbow is +-Y. The table speaks of the rig's own axes as they stand in the BVH file, before the file's
-// Y-up axes are permuted (to_metres_z_up conjugates every joint frame by the same permutation, undone here).
-Quaternion bandai_namco_t_pose(const std::string& joint) {
-  const Vector3 fwd = Vector3::UnitX(), left = Vector3::UnitY(), up = Vector3::UnitZ();
-  const bool right = joint.ends_with("_R");
-  const auto is = [&](const char* part) { return joint.starts_with(part); };
-  if (joint == "Hips") return axes(up, -left);
-  // The head's bone axis leans with the neck: level gaze lies 25 degrees above the local Y axis (mean over level walks).
-  if (joint == "Head") return Quaternion(Eigen::AngleAxisd(25 * std::numbers::pi / 180, left)) * axes(up, fwd);
-  if (is("UpperLeg") || is("LowerLeg")) return right ? axes(up, left) : axes(-up, left);
-  if (is("Foot") || is("Toes")) {
-    // With the sole flat the axis ankle-to-toe falls by this angle; the toe's own axis likewise (median over stance).
-    const double fall = (is("Foot") ? 40.0 : 21.5) * std::numbers::pi / 180;
-    const Vector3 along = std::cos(fall) * fwd - std::sin(fall) * up;
-    return right ? axes(-along, left) : axes(along, left);
+// Where the spine ends: neck and head, whatever the rig has of them.
+void match_head(const Finder& find, JointMap& map) {
+  int head = find.centre({Words{"head"}}), neck = find.centre({Words{"neck"}, Words{"low", "neck"}});
+  if (head < 0) {
+    head = find.centre({Words{"neck", "up"}, Words{"neck"}}, true);
+    if (head == neck) head = -1;
   }
-  if (is("Shoulder") || is("UpperArm") || is("LowerArm") || is("Hand")) return right ? axes(left, -up) : axes(left, up);
-  return axes(up, fwd);  // spine, chest, neck
+  if (neck >= 0 && head >= 0 && !find.below(head, neck)) neck = -1;
+  const auto set = [&](const char* name, int joint) { map.source[static_cast<std::size_t>(canonical_index(name))] = joint; };
+  set("head", head);
+  set("neck", neck);
+}
+
+bool has(const Skeleton& s, std::initializer_list<const char*> names) {
+  return std::all_of(names.begin(), names.end(), [&](const char* n) { return s.find(n) >= 0; });
+}
+
+// The name of a convention, for people; nothing but Bandai-Namco's rest pose (rest_pose.cpp) depends on it.
+std::string family_of(const Skeleton& s) {
+  if (has(s, {"joint_Root", "Hips", "UpperLeg_L", "LowerLeg_R", "UpperArm_L", "Hand_R", "Toes_L"})) return "bandai-namco";
+  if (has(s, {"lfemur", "ltibia", "lhumerus", "lradius"})) return "cmu (asf)";
+  if (has(s, {"LHipJoint"})) return s.find("LeftUpLeg") >= 0 ? "cmu (cgspeed)" : "cmu (cgspeed, 3ds max)";
+  if (has(s, {"left_hip", "left_collar", "spine3"}) || has(s, {"L_Hip", "L_Collar", "Spine3"})) return "smpl";
+  const auto starts = [&](const char* prefix) { return std::any_of(s.joint_names.begin(), s.joint_names.end(), [&](const auto& n) { return n.starts_with(prefix); }); };
+  if (starts("mixamorig")) return "mixamo";
+  if (starts("Bip0") || starts("Bip 0")) return "biped";
+  if (has(s, {"LeftThigh", "LeftShin", "LeftForeArm"})) return "rokoko";
+  if (has(s, {"LeftUpLeg", "LeftToe", "LeftForeArm"})) return "lafan1";
+  if (has(s, {"LeftUpLeg", "LeftForeArm"})) return "humanik";
+  if (has(s, {"UpLeg_L", "LoLeg_L"}) || has(s, {"upperleg01.L", "lowerleg01.L"})) return "makehuman";
+  if (has(s, {"lThigh", "lShin", "lShldr"})) return "poser";
+  if (has(s, {"thigh_l", "calf_l", "upperarm_l"})) return "unreal";
+  if (has(s, {"thigh.L", "shin.L", "upper_arm.L"})) return "blender";
+  if (has(s, {"LeftHip", "LeftKnee", "LeftAnkle"})) return s.find("Chest4") >= 0 ? "xsens" : "biovision";
+  if (has(s, {"LThigh", "LShin", "LFArm"})) return "motive";
+  return "unknown";
+}
+
+const std::map<std::string, std::string>& role_names() {  // canonical name -> role, where they differ
+  static const std::map<std::string, std::string> names = {{"pelvis", "root"}, {"left_wrist", "left_hand"}, {"right_wrist", "right_hand"}};
+  return names;
+}
+
+std::string role_of(const std::string& canonical_name) {
+  const auto it = role_names().find(canonical_name);
+  return it == role_names().end() ? canonical_name : it->second;
+}
+
+std::optional<JointMap> by_roles(const Skeleton& s) {
+  JointMap map;
+  map.family = "roles";
+  const auto body = canonical_body();
+  for (std::size_t c = 0; c < 22; ++c) map.source[c] = s.find_role(role_of(body->joint_names[c]));
+  if (!map.missing().empty()) return std::nullopt;
+  // roles_of() gives a rig without toes its ankles as feet.
+  for (const char* side : {"left", "right"}) {
+    int& foot = map.source[static_cast<std::size_t>(canonical_index(std::string(side) + "_foot"))];
+    if (foot == map.source_of(std::string(side) + "_ankle")) foot = -1;
+  }
+  return map;
+}
+
+JointMap by_name(const Skeleton& s) {
+  JointMap map;
+  map.source.fill(-1);
+  map.family = family_of(s);
+  const auto set = [&](const std::string& name, int joint) { map.source[static_cast<std::size_t>(canonical_index(name))] = joint; };
+  const Finder find(s);
+  std::array<int, 2> thigh{}, arm{};
+  for (const std::size_t k : {0, 1}) {
+    const Side side = k == 0 ? Side::left : Side::right;
+    const std::string p = k == 0 ? "left_" : "right_";
+    int hip = -1, knee = -1;
+    // "LeftLeg" is the shank below "LeftUpLeg" and the thigh above "LeftShin": a thigh is what has a shank below it.
+    for (const Words& spelling : kThigh) {
+      hip = find.side(side, {spelling}, -1);
+      knee = hip < 0 ? -1 : find.side(side, kShank, hip, {hip});
+      if (knee >= 0) break;
+    }
+    if (knee < 0) hip = find.side(side, kThigh, -1);
+    const int ankle = knee < 0 ? -1 : find.side(side, kAnkle, knee, {hip, knee});
+    const int toe = ankle < 0 ? -1 : find.side(side, kToe, ankle, {ankle});
+    set(p + "hip", thigh[k] = hip);
+    set(p + "knee", knee);
+    set(p + "ankle", ankle);
+    set(p + "foot", toe);
+    int upper = -1, elbow = -1;
+    for (const Words& spelling : kUpperArm) {
+      upper = find.side(side, {spelling}, -1);
+      elbow = upper < 0 ? -1 : find.side(side, kForearm, upper, {upper});
+      if (elbow >= 0) break;
+    }
+    if (elbow < 0) upper = find.side(side, kUpperArm, -1);
+    const int wrist = elbow < 0 ? -1 : find.side(side, kHand, elbow, {upper, elbow});
+    int collar = find.side(side, kCollar, -1, {upper, elbow, wrist});
+    if (collar >= 0 && upper >= 0 && !find.below(upper, collar)) collar = -1;
+    set(p + "shoulder", arm[k] = upper);
+    set(p + "elbow", elbow);
+    set(p + "wrist", wrist);
+    set(p + "collar", collar);
+  }
+  const int legs = find.common_ancestor(thigh[0], thigh[1]), named = find.centre({Words{"hip"}, Words{"pelvis"}, Words{"base", "spine"}});
+  const int pelvis = legs >= 0 && legs != thigh[0] && legs != thigh[1] ? legs : named >= 0 ? named : 0;
+  set("pelvis", pelvis);
+  match_head(find, map);
+  const int neck = map.source_of("neck") >= 0 ? map.source_of("neck") : map.source_of("head");
+  if (neck >= 0) match_spine(s, find, pelvis, neck, false, map);
+  else if (const int chest = find.common_ancestor(arm[0], arm[1]); chest >= 0) match_spine(s, find, pelvis, chest, true, map);
+  return map;
 }
 
 }  // namespace
@@ -142,80 +281,49 @@ std::vector<std::string> JointMap::missing() const {
 }
 
 JointMap map_to_canonical(const Skeleton& s) {
-  JointMap map;
-  map.source.fill(-1);
-  map.family = "by name";
   const auto body = canonical_body();
-  const auto set = [&](const std::string& name, int joint) { map.source[static_cast<std::size_t>(canonical_index(name))] = joint; };
   if (std::all_of(body->joint_names.begin(), body->joint_names.end(), [&](const auto& n) { return s.find(n) >= 0; })) {
-    for (const auto& n : body->joint_names) set(n, s.find(n));
+    JointMap map;
     map.family = "canonical";
+    for (std::size_t c = 0; c < 22; ++c) map.source[c] = s.find(body->joint_names[c]);
     return map;
   }
-  const Finder find(s);
-  const int pelvis = find.centre(kPelvis) >= 0 ? find.centre(kPelvis) : 0;
-  set("pelvis", pelvis);
-  for (const char* side : {"left", "right"}) {
-    const std::string p = std::string(side) + "_";
-    const int hip = find.side(side, kHip, pelvis);
-    const int knee = hip < 0 ? -1 : find.side(side, kKnee, hip, {hip});
-    const int ankle = knee < 0 ? -1 : find.side(side, kAnkle, knee, {hip, knee});
-    const int toe = ankle < 0 ? -1 : find.side(side, kToe, ankle, {ankle});
-    set(p + "hip", hip);
-    set(p + "knee", knee);
-    set(p + "ankle", ankle);
-    set(p + "foot", toe);
-    const int arm = find.side(side, kArm, pelvis);
-    const int elbow = arm < 0 ? -1 : find.side(side, kElbow, arm, {arm});
-    const int wrist = elbow < 0 ? -1 : find.side(side, kWrist, elbow, {arm, elbow});
-    int collar = find.side(side, kCollar, pelvis, {arm, elbow, wrist});
-    if (collar >= 0 && arm >= 0 && !find.below(arm, collar)) collar = -1;
-    set(p + "shoulder", arm);
-    set(p + "elbow", elbow);
-    set(p + "wrist", wrist);
-    set(p + "collar", collar);
+  if (auto map = by_roles(s)) return *map;
+  return by_name(s);
+}
+
+JointMap map_to_canonical(const Skeleton& s, const std::map<std::string, std::string>& by_hand) {
+  JointMap map = map_to_canonical(s);
+  for (const auto& [name, joint] : by_hand) {
+    const int c = canonical_index(name);
+    if (c < 0) refuse({{}, 0, "joint map"}, fmt::format("'{}', expected a joint of the canonical body: {}", name, fmt::join(canonical_body()->joint_names, ", ")));
+    const int j = joint.empty() ? -1 : s.find(joint);
+    if (!joint.empty() && j < 0) refuse({{}, 0, "joint map"}, fmt::format("joint '{}' for {} is not in the skeleton", joint, name));
+    map.source[static_cast<std::size_t>(c)] = j;
   }
-  const int head = find.centre(kHead), neck = find.centre(kNeck);
-  set("head", head);
-  set("neck", neck);
-  const int top = neck >= 0 ? neck : head;
-  if (top >= 0 && find.below(top, pelvis)) match_spine(s, pelvis, top, map);
-  if (is_bandai_namco(s)) map.family = "bandai-namco";
+  if (!by_hand.empty()) map.family = "by hand";
   return map;
 }
 
-std::optional<std::vector<Quaternion>> t_pose_orientations(const Skeleton& s, const JointMap& map) {
-  const auto n = static_cast<std::size_t>(s.joint_count());
-  if (map.family == "bandai-namco") {
-    // Local frames were conjugated by the permutation C that makes Y up Z up: a local vector v of the file is C v now.
-    RotationMatrix c;
-    c << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-    const Quaternion undo = to_quaternion(c).conjugate();
-    std::vector<Quaternion> out(n);
-    for (std::size_t j = 0; j < n; ++j) out[j] = bandai_namco_t_pose(s.joint_names[j]) * undo;
-    return out;
-  }
-  const auto p = rest_positions(s);
-  const auto at = [&](const char* name) -> std::optional<Vector3> {
-    const int j = map.source_of(name);
-    if (j < 0) return std::nullopt;
-    return p[static_cast<std::size_t>(j)];
-  };
-  const auto direction = [&](const char* from, const char* to) -> Vector3 {
-    const auto a = at(from), b = at(to);
-    return a && b && (*b - *a).norm() > 1e-9 ? Vector3((*b - *a).normalized()) : Vector3::Zero();
-  };
-  const Vector3 hips = direction("right_hip", "left_hip"), arms = direction("right_shoulder", "left_shoulder");
-  Vector3 left = hips + arms;
-  left.z() = 0;
-  if (left.norm() < 0.5) return std::nullopt;
-  left.normalize();
-  // A standing rest pose: legs down. Arms may point out, or down along the body: aligning bone directions by the shortest
-  // rotation (retarget.hpp) then lifts them in the frontal plane, which keeps the twist of a T-pose.
-  const double leg = std::max(direction("left_hip", "left_ankle").z(), direction("right_hip", "right_ankle").z());
-  if (leg > -0.85) return std::nullopt;
-  const double yaw = std::atan2(-left.x(), left.y());
-  return std::vector<Quaternion>(n, yaw_rotation(-yaw));
+std::map<std::string, std::string> roles_of(const Skeleton& s, const JointMap& map) {
+  std::map<std::string, std::string> roles;
+  const auto body = canonical_body();
+  for (std::size_t c = 0; c < 22; ++c)
+    if (map.source[c] >= 0) roles[role_of(body->joint_names[c])] = s.joint_names[static_cast<std::size_t>(map.source[c])];
+  for (const char* side : {"left", "right"})
+    if (const auto ankle = roles.find(std::string(side) + "_ankle"); ankle != roles.end()) roles.try_emplace(std::string(side) + "_foot", ankle->second);
+  return roles;
+}
+
+std::string describe_missing(const Skeleton& s, const JointMap& map) {
+  const std::set<int> used(map.source.begin(), map.source.end());
+  std::vector<std::string> left;
+  for (int j = 0; j < s.joint_count(); ++j)
+    if (!used.contains(j)) left.push_back(s.joint_names[static_cast<std::size_t>(j)]);
+  const std::size_t shown = std::min<std::size_t>(left.size(), 24);
+  return fmt::format("no joint found for {} among {} joints{}{}{}", fmt::join(map.missing(), ", "), s.joint_count(), shown > 0 ? "; not placed: " : "",
+                     fmt::join(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+                     left.size() > shown ? fmt::format(" and {} more", left.size() - shown) : "");
 }
 
 }  // namespace mocap

@@ -1,8 +1,7 @@
-// Which joint of somebody's skeleton plays which part of the canonical body, and how it stands when the body is in
-// T-pose.
+// Which joint of somebody's skeleton plays which part of the canonical body.
 #pragma once
 #include <array>
-#include <optional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,23 +10,31 @@
 
 namespace mocap {
 
-// source[c] is the joint of the source skeleton that stands for canonical joint c, or -1. Names are matched without case,
-// separators and namespaces ("mixamorig:LeftUpLeg", "l_thigh"); SMPL, CMU, cgspeed, Mixamo, HumanIK, LaFAN1, Biovision and
-// Bandai-Namco conventions are known. The spine is matched along the chain from pelvis to head, whatever its length.
+// source[c] is the joint of the source skeleton that stands for canonical joint c, or -1.
 struct JointMap {
   std::array<int, 22> source;
-  std::string family;  // "bandai-namco", "canonical", or "by name"
+  std::string family;  // convention the rig follows ("cmu", "mixamo", ...), "roles", or "unknown"
 
   int source_of(std::string_view canonical_name) const;
   // Joints retargeting cannot do without: pelvis, hips, knees, ankles, shoulders, elbows. Canonical names of those absent.
   std::vector<std::string> missing() const;
 };
+
+// By the skeleton's roles where it has them all (they come from a map already made), otherwise by names: sides and words in any
+// spelling (joint_names.hpp), each limb down its own branch, so that fewer or more joints in spine, neck, clavicle, arms, legs
+// and toes do not matter. The pelvis is where the legs meet, the spine runs from there to the neck and is matched by the share
+// of its length. Known by name: CMU (BVH and ASF), SMPL, Mixamo, HumanIK, Rokoko, LaFAN1, SFU, Bandai-Namco, MakeHuman,
+// Biovision, Xsens, Motive, Poser/DAZ, 3ds Max Biped, Unreal, Kinect, Blender, and what is spelt like any of them.
 JointMap map_to_canonical(const Skeleton& skeleton);
 
-// World orientation of every source joint when the figure stands in T-pose, expressed in the canonical frame (facing +X,
-// left +Y, up +Z): the skeleton must be in metres, Z up. Rigs that stand upright at rest (any facing; arms out or down) have
-// the same rotation everywhere; rigs of a known family whose rest pose is none (Bandai-Namco: every bone along +-X) have theirs
-// from a table of axes. nullopt where the rest pose does not stand and the family is unknown. [J]
-std::optional<std::vector<Quaternion>> t_pose_orientations(const Skeleton& skeleton, const JointMap& map);
+// The same with some joints named by hand: canonical name -> joint name, "" for none. Error(data) where either does not exist.
+JointMap map_to_canonical(const Skeleton& skeleton, const std::map<std::string, std::string>& by_hand);
+
+// role -> joint name for every joint that is mapped: the canonical names, but `root` for pelvis, `left_hand` for left_wrist and
+// `right_hand` for right_wrist (motion-archive.md). A rig without toe joints has its ankles as `left_foot` and `right_foot`.
+std::map<std::string, std::string> roles_of(const Skeleton& skeleton, const JointMap& map);
+
+// "no joint found for left_knee, ...; not placed: Bone12, ...", for an Error about map.missing().
+std::string describe_missing(const Skeleton& skeleton, const JointMap& map);
 
 }  // namespace mocap

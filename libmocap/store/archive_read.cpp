@@ -65,7 +65,13 @@ void ArchiveReader::State::read_index(const Complete& complete) {
     c.start = start[i];
     c.length = length[i];
     if (!std::isfinite(from[i]) || !std::isfinite(to[i]) || !std::isfinite(rate[i])) in.refuse(clip_object(c), "source times or rate that are not finite");
-    c.source = {source[i], sha256[i], from[i], to[i], rate[i], phase[i], mirrored[i] != 0};
+    c.source.path = source[i];
+    c.source.sha256 = sha256[i];
+    c.source.start_s = from[i];
+    c.source.end_s = to[i];
+    c.source.frame_rate_hz = rate[i];
+    c.source.phase = phase[i];
+    c.source.mirrored = mirrored[i] != 0;
     std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(32 * i), 32, digests[i].begin());
     c.digest = to_hex(digests[i]);
   }
