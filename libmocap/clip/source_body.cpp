@@ -38,7 +38,7 @@ Clip without_translations(const Clip& clip, std::vector<std::string>& notes) {
     }
     skeleton->rest_offsets[j] = low + (high - low) / 2;
     const bool carried = j == 1 && carries_only(s);
-    if (carried) skeleton->rest_offsets[j] = s.rest_offsets[j];
+    if (carried) skeleton->rest_offsets[j] = Vector3(0, 0, s.rest_offsets[j].z());  // straight below: writers put the first frame's place there
     else if ((high - low).norm() > kStill)
       notes.push_back(fmt::format("joint {} moves by {:.3g} m against its parent, which an archive cannot hold: it stays in the middle", s.joint_names[j], (high - low).norm()));
   }
@@ -63,11 +63,12 @@ Clip on_body(const Clip& clip, const std::shared_ptr<const Skeleton>& body, std:
   const Skeleton &theirs = *clip.skeleton, &ours = *body;
   const auto differs = [&](const std::string& what) { refuse({{}, 0, "skeleton"}, what, "--body source keeps one rig for all inputs; --body canonical takes any"); };
   if (theirs.joint_count() != ours.joint_count()) differs(fmt::format("{} joints, expected the {} of the first input", theirs.joint_count(), ours.joint_count()));
+  const bool carried = carries_only(ours);
   double most = 0;
   for (std::size_t j = 0; j < ours.parents.size(); ++j) {
     if (theirs.joint_names[j] != ours.joint_names[j]) differs(fmt::format("joint {} is '{}', expected '{}' as in the first input", j, theirs.joint_names[j], ours.joint_names[j]));
     if (theirs.parents[j] != ours.parents[j]) differs(fmt::format("joint {} hangs on another parent than in the first input", theirs.joint_names[j]));
-    if (j == 0) continue;
+    if (j == 0 || (j == 1 && carried)) continue;
     const Vector3 &a = theirs.rest_offsets[j], &b = ours.rest_offsets[j];
     if (std::min(a.norm(), b.norm()) > kShortBone && a.normalized().dot(b.normalized()) < kSameDirection)
       differs(fmt::format("joint {} lies in another direction at rest than in the first input", theirs.joint_names[j]));
@@ -75,6 +76,9 @@ Clip on_body(const Clip& clip, const std::shared_ptr<const Skeleton>& body, std:
   }
   Clip out = clip;
   out.skeleton = body;
+  const auto joints = static_cast<std::size_t>(ours.joint_count());
+  if (carried)  // where the carrier stands is no part of the motion: the body stays where it is
+    for (std::size_t t = 0; t < out.frames(); ++t) out.root_position[t] += out.rotations[t * joints] * (theirs.rest_offsets[1] - ours.rest_offsets[1]);
   if (most <= 1e-4) return out;
   const double from = leg_length(theirs, map_to_canonical(theirs)), to = leg_length(ours, map_to_canonical(ours));
   const double scale = from > 0 && to > 0 ? to / from : 1;
