@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <set>
 
 #include "libmocap/base/log.hpp"
@@ -44,6 +45,7 @@ class Canonicalize final : public cli::Tool {
     t.inputs = cli::Inputs::many;
     t.output = cli::Output::file;
     t.batch = true;
+    t.by_label = true;
     t.input_help = "motion files (BVH, npz, archives), folders, @list.txt";
     t.output_help = "motion archive; '-' writes standard output";
     return t;
@@ -96,16 +98,19 @@ class Canonicalize final : public cli::Tool {
         },
         [&](const cli::InputFile& file, Prepared&& p) {
           for (const auto& note : p.input->notes()) log::debug("{}: {}", file.label, note);
+          std::stable_sort(p.clips.begin(), p.clips.end(), [](const Clip& a, const Clip& b) { return store::source_order(a.source, b.source); });
           for (Clip& clip : p.clips) finish_clip(clip);
           if (p.clips.empty())
             for (std::size_t i = 0; i < p.input->size(); ++i)
               for (Clip& clip : prepare(*p.input, i, file, labels, canonicalizer)) finish_clip(clip);
-          merge_into(history_, p.input->history());
+          history_.add(p.input->history());
           inputs.push_back({file.label, p.input->sha256()});
         });
     if (writer.size() == 0) throw Error(status == Exit::ok ? Exit::data : status, {context.common().output, 0, {}}, "not written: no input gave a clip");
-    history_.push_back(context.history_entry(std::move(inputs)));
-    writer.set_history(history_);
+    History history = history_.merged();
+    sort_inputs(inputs);
+    history.push_back(context.history_entry(std::move(inputs)));
+    writer.set_history(std::move(history));
     writer.finish();
     if (unlabelled > 0) log::warn("{} of {} clips have no row in {}", unlabelled, writer.size(), labels_);
     log::info("{} clips, {} frames, {:.1f} s", writer.size(), frames, seconds);
@@ -126,6 +131,7 @@ class Canonicalize final : public cli::Tool {
       }
       now.push_back({file.label, to_hex(digest)});
     }
+    sort_inputs(now);
     return context.up_to_date(context.common().output, context.history_entry(std::move(now)), [](const std::string& path) { return store::ArchiveReader(path).header().history; });
   }
 
@@ -141,6 +147,7 @@ class Canonicalize final : public cli::Tool {
                                    const Canonicalizer& canonicalizer) {
     try {
       Clip clip = input.read(i);
+      if (input.format() != "archive") clip.name = file.stem;  // unique in the whole batch, whatever --shard leaves of it
       if (labels) labels->apply(clip, file.path, file.label);
       return canonicalizer(clip);
     } catch (const Error& e) {
@@ -151,7 +158,7 @@ class Canonicalize final : public cli::Tool {
   cli::ReadingOptions reading_;
   CanonicalizeOptions options_;
   std::string labels_, phases_ = "first";
-  History history_;
+  HistoryUnion history_;
 };
 
 }  // namespace

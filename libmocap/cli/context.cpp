@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -54,6 +55,7 @@ Context::Context(Tool& tool, CLI::App& app, Common common) : state_(std::make_un
   if (s.lone && typed[0] != "-" && ::access(typed[0].c_str(), R_OK) != 0)
     refuse({typed[0], 0, {}}, std::string("cannot be opened: ") + std::strerror(errno));
   if (!s.common.shard.empty()) s.inputs = take_shard(std::move(s.inputs), s.common.shard);
+  if (tool.traits().by_label) std::sort(s.inputs.begin(), s.inputs.end(), [](const InputFile& a, const InputFile& b) { return a.label < b.label; });
 }
 
 Context::~Context() = default;
