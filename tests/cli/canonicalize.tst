@@ -19,7 +19,7 @@
 # setup: print(eval(sys.argv[1], {**globals(), "a": [Archive(p) for p in sys.argv[2:]]}))
 # setup: END
 # setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; echo 141 > 141
-# setup: printf 'file\tstatus\nbad.bvh\t3\nabsent.bvh\t3\nin/broken.bvh\t3\n' > fails
+# setup: printf 'file\tstatus\nabsent.bvh\t3\nbad.bvh\t3\nin/broken.bvh\t3\n' > fails
 
 0 ~^Usage:.canonicalize.*INPUT\.\.\..-o canonicalize --help
 0 ~^canonicalize.\(mocapkit\) canonicalize --version
