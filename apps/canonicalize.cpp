@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <set>
 
 #include "libmocap/base/log.hpp"
@@ -45,6 +46,7 @@ class Canonicalize final : public cli::Tool {
     t.inputs = cli::Inputs::many;
     t.output = cli::Output::file;
     t.batch = true;
+    t.by_label = true;
     t.input_help = "motion files (BVH, npz, archives), folders, @list.txt";
     t.output_help = "motion archive; '-' writes standard output";
     return t;
@@ -113,6 +115,7 @@ class Canonicalize final : public cli::Tool {
     const auto finish_result = [&](const cli::InputFile& file, Canonicalizer::Result&& result) {
       for (const auto& note : result.notes) log::info("{}: {}", file.label, note);
       if (result.report) report.add(result.clips.front().name, *result.report);
+      std::stable_sort(result.clips.begin(), result.clips.end(), [](const Clip& a, const Clip& b) { return store::source_order(a.source, b.source); });
       for (Clip& clip : result.clips) finish_clip(clip);
     };
     const Exit status = context.for_each<Prepared>(
@@ -128,12 +131,14 @@ class Canonicalize final : public cli::Tool {
           for (auto& result : p.results) finish_result(file, std::move(result));
           if (p.results.empty())
             for (std::size_t i = 0; i < p.input->size(); ++i) finish_result(file, prepare(*p.input, i, file, labels, canonicalizer));
-          merge_into(history_, p.input->history());
+          history_.add(p.input->history());
           inputs.push_back({file.label, p.input->sha256()});
         });
     if (writer.size() == 0) throw Error(status == Exit::ok ? Exit::data : status, {context.common().output, 0, {}}, "not written: no input gave a clip");
-    history_.push_back(context.history_entry(std::move(inputs)));
-    writer.set_history(history_);
+    History history = history_.merged();
+    sort_inputs(inputs);
+    history.push_back(context.history_entry(std::move(inputs)));
+    writer.set_history(std::move(history));
     writer.finish();
     if (!report_.empty()) report.finish(report_, context.overwrite());
     if (unlabelled > 0) log::warn("{} of {} clips have no row in {}", unlabelled, writer.size(), labels_);
@@ -154,6 +159,7 @@ class Canonicalize final : public cli::Tool {
       }
       now.push_back({file.label, to_hex(digest)});
     }
+    sort_inputs(now);
     return context.up_to_date(context.common().output, context.history_entry(std::move(now)), [](const std::string& path) { return store::ArchiveReader(path).header().history; });
   }
 
@@ -169,6 +175,7 @@ class Canonicalize final : public cli::Tool {
                                 const Canonicalizer& canonicalizer) const {
     try {
       Clip clip = input.read(i);
+      if (input.format() != "archive") clip.name = file.stem;  // unique in the whole batch, whatever --shard leaves of it
       if (labels) labels->apply(clip, file.path, file.label);
       return canonicalizer(clip, !report_.empty());
     } catch (const Error& e) {
@@ -228,7 +235,7 @@ class Canonicalize final : public cli::Tool {
   formats::ReadOptions read_options_;
   CanonicalizeOptions options_;
   std::string labels_, phases_ = "first", body_ = "canonical", joint_map_, alignment_ = "auto", report_;
-  History history_;
+  HistoryUnion history_;
 };
 
 }  // namespace

@@ -97,6 +97,18 @@ std::string counts_text(const Counts& counts) {
   return text;
 }
 
+// "cm, y up": how the source of a clip was read; "" where nothing is known.
+std::string axes_text(const ClipSource& source) {
+  const std::string up = source.up_axis.empty() ? "" : printable(source.up_axis) + " up";
+  return printable(source.unit) + (source.unit.empty() || up.empty() ? "" : ", ") + up;
+}
+
+std::string counted(const std::string& key, const std::map<std::string, std::size_t>& counts) {
+  std::string line;
+  for (const auto& [value, n] : counts) line += fmt::format("{}{}: {}", line.empty() ? "" : "; ", value, n);
+  return line.empty() ? "" : row(key, line);
+}
+
 Json history_json(const History& history) {
   Json lines = Json::array();
   const std::string text = to_json_lines(history);
@@ -238,6 +250,7 @@ class MotionInfo final : public cli::Tool {
     std::int64_t frames = 0, least = in.info(0).length, most = 0;
     double seconds = 0;
     std::size_t mirrored = 0, segments = 0, segmented = 0, paths = 0;
+    std::map<std::string, std::size_t> units;
     std::set<std::string> sources;
     std::vector<const Attributes*> attributes;
     std::string lines;
@@ -254,24 +267,28 @@ class MotionInfo final : public cli::Tool {
       paths += c.path_points > 0;
       if (!c.source.sha256.empty() || !c.source.path.empty()) sources.insert(c.source.sha256.empty() ? c.source.path : c.source.sha256);
       attributes.push_back(&c.attributes);
+      const std::string axes = axes_text(c.source);
+      if (!axes.empty()) ++units[axes];
       if (!list_) continue;
       std::string labels;
       for (const auto& [name, value] : c.attributes) labels += " " + printable(name) + "=" + printable(value);
-      lines += row("clip", fmt::format("{}: {} frames,{}{} from {}", printable(c.name), c.length, labels, labels.empty() ? "" : ",", c.source.path.empty() ? "nowhere" : printable(c.source.path)));
+      lines += row("clip", fmt::format("{}: {} frames,{}{} from {}", printable(c.name), c.length, labels, labels.empty() ? "" : ",", c.source.path.empty() ? "nowhere" : printable(c.source.path)) +
+                               (axes.empty() ? "" : " (" + axes + ")"));
       clips.push_back({{"name", c.name}, {"frames", c.length}, {"attributes", c.attributes}, {"source", c.source.path}, {"source_sha256", c.source.sha256},
                        {"source_start", c.source.start_s}, {"source_end", c.source.end_s}, {"source_frame_rate_hz", c.source.frame_rate_hz}, {"phase", c.source.phase},
-                       {"mirrored", c.source.mirrored}, {"segments", c.segments.size()}, {"path_points", c.path_points}, {"digest", c.digest}});
+                       {"mirrored", c.source.mirrored}, {"source_unit", c.source.unit}, {"source_up_axis", c.source.up_axis}, {"source_scale", c.source.scale},
+                       {"source_yaw", c.source.yaw}, {"source_origin", {c.source.origin.x(), c.source.origin.y(), c.source.origin.z()}}, {"segments", c.segments.size()}, {"path_points", c.path_points}, {"digest", c.digest}});
     }
     const Counts counts = count_attributes(attributes);
     const std::string& rule = in.header().contacts_rule;
     Result r;
     r.history = in.header().history;
     r.json = {{"format", "archive"}, {"clips", in.size()}, {"frames", frames}, {"seconds", seconds}, {"frame_rate_hz", rate}, {"frames_least", least}, {"frames_most", most},
-              {"sources", sources.size()}, {"mirrored", mirrored}, {"segments", segments}, {"paths", paths}, {"attributes", counts}, {"contacts", rule},
+              {"sources", sources.size()}, {"mirrored", mirrored}, {"source_axes", units}, {"segments", segments}, {"paths", paths}, {"attributes", counts}, {"contacts", rule},
               {"digest", in.digest()}, {"sha256", in.file_sha256()}, {"skeleton", skeleton_json(skeleton)}, {"history", history_json(r.history)}};
     if (list_) r.json["clip"] = std::move(clips);
     r.text = fmt::format("{}: motion archive, {} clips, {} frames, {} at {} Hz\n", printable(file.name), in.size(), frames, duration(seconds), rate) +
-             row("clips", fmt::format("{} to {} frames, {} sources, {} mirrored", least, most, sources.size(), mirrored)) + skeleton_text(skeleton) + counts_text(counts) +
+             row("clips", fmt::format("{} to {} frames, {} sources, {} mirrored", least, most, sources.size(), mirrored)) + counted("source axes", units) + skeleton_text(skeleton) + counts_text(counts) +
              (segments > 0 ? row("segments", fmt::format("{} in {} clips", segments, segmented)) : "") + (paths > 0 ? row("paths", fmt::format("{} clips", paths)) : "") +
              row("contacts", rule.empty() ? "none" : printable(rule)) + row("digest", in.digest()) + history_text(r.history) + lines;
     return r;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <tuple>
 
 #include "libmocap/base/error.hpp"
 
@@ -79,11 +80,48 @@ void merge_into(History& history, const History& other) {
       history.push_back(e);
       continue;
     }
-    for (const auto& i : e.inputs) {
-      const auto known = [&](const HistoryInput& o) { return o.path == i.path && o.sha256 == i.sha256; };
-      if (std::none_of(it->inputs.begin(), it->inputs.end(), known)) it->inputs.push_back(i);
-    }
+    std::set<std::pair<std::string, std::string>> known;
+    for (const auto& i : it->inputs) known.emplace(i.path, i.sha256);
+    for (const auto& i : e.inputs)
+      if (known.emplace(i.path, i.sha256).second) it->inputs.push_back(i);
   }
+}
+
+void HistoryUnion::add(const History& history) {
+  std::map<std::string, int> occurrences;
+  std::string before;
+  for (const auto& e : history) {
+    HistoryEntry bare = e;
+    bare.inputs.clear();
+    std::string key = to_json_lines({bare});
+    key += std::to_string(++occurrences[key]);
+    Node& node = nodes_[key];
+    node.entry = std::move(bare);
+    for (const auto& i : e.inputs) node.inputs.emplace(i.path, i.sha256);
+    if (!before.empty()) node.after.insert(before);
+    before = std::move(key);
+  }
+}
+
+History HistoryUnion::merged() const {
+  History history;
+  std::set<std::string> placed;
+  while (placed.size() < nodes_.size()) {
+    const auto waiting = [&](const auto& node) { return !placed.contains(node.first); };
+    const auto ready = [&](const auto& node) {
+      return waiting(node) && std::all_of(node.second.after.begin(), node.second.after.end(), [&](const std::string& key) { return placed.contains(key); });
+    };
+    auto next = std::find_if(nodes_.begin(), nodes_.end(), ready);
+    if (next == nodes_.end()) next = std::find_if(nodes_.begin(), nodes_.end(), waiting);
+    placed.insert(next->first);
+    history.push_back(next->second.entry);
+    for (const auto& [path, sha256] : next->second.inputs) history.back().inputs.push_back({path, sha256});
+  }
+  return history;
+}
+
+void sort_inputs(std::vector<HistoryInput>& inputs) {
+  std::sort(inputs.begin(), inputs.end(), [](const HistoryInput& a, const HistoryInput& b) { return std::tie(a.path, a.sha256) < std::tie(b.path, b.sha256); });
 }
 
 std::string to_shell(const History& history) {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -55,6 +56,7 @@ Context::Context(Tool& tool, CLI::App& app, Common common) : state_(std::make_un
     refuse({typed[0], 0, {}}, std::string("cannot be opened: ") + std::strerror(errno));
   s.all = s.inputs;
   if (!s.common.shard.empty()) s.inputs = take_shard(std::move(s.inputs), s.common.shard);
+  if (tool.traits().by_label) std::sort(s.inputs.begin(), s.inputs.end(), [](const InputFile& a, const InputFile& b) { return a.label < b.label; });
 }
 
 Context::~Context() = default;

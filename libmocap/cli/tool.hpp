@@ -24,6 +24,7 @@ struct Traits {
   Inputs inputs = Inputs::one;
   Output output = Output::file;
   bool output_required = true;  // without -o a tool may write to standard output or report only
+  bool by_label = false; // inputs come in the order of their labels, whatever that of the command line
   bool batch = false;    // --rejects --fail-fast --shard --skip-existing
   bool random = false;   // --seed (default 1)
   bool threads = true;   // -j

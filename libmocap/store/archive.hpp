@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,12 +25,16 @@ struct ArchiveHeader {
   double frame_rate_hz = 30;
   std::string contacts_rule;  // "preset:NAME", "model", or "" where clips have no contacts
   History history;
+  // Columns of /clips/attributes and /segments/attributes that are there whether or not a clip or segment is labelled. A
+  // reader fills them, so that a copy has the columns of its original.
+  std::set<std::string> attributes = {}, segment_attributes = {};
 };
 
 // Writes clips one after the other; memory holds only the index. The file appears at `path` (or on standard output for
 // "-") when finish() returns, not before (OutputFile). Equal clips and header give equal bytes.
 // Throws Error(data) where a clip has another skeleton (1e-6 m) or rate, breaks an invariant, has a name that occurred
-// before, or has contacts where the header names no rule for them or the reverse; Error(io) where the file cannot be
+// before, has contacts where the header names no rule for them or the reverse, or a source whose scale is not above 0 or whose times,
+// rate, yaw or origin are not finite; Error(io) where the file cannot be
 // created or published. A failed write in between ends the process with status 4 (message, unfinished outputs unlinked):
 // HDF5 cannot be left any other way then.
 // Cost: 1.6 million frames/s of 22 joints on one core at 3 GHz.
@@ -58,14 +63,18 @@ struct ClipInfo {
   std::size_t path_points = 0;
 };
 
+// How many chunks of each dataset stay unpacked in memory: 4 MB, or 1 MB where clips are read one after the other.
+enum class Caching { random, in_order };
+
 // Opens read-only and without locks; "-" spools standard input to an unlinked file in $TMPDIR. Only the index is read on
 // opening (20,000 clips: 20 ms); a clip is read in under 1 ms and a chunk's other clips from memory. Sizes are checked against
 // the file before any allocation. Error(data) for whatever is no finished archive. Rotations come back as they are stored:
-// unit within 1e-7, sign-continuous, so that writing a clip again gives the same bytes.
+// unit within 1e-7, sign-continuous, so that writing a clip again gives the same bytes. /clips/source_unit, source_up_axis,
+// source_scale, source_yaw and source_origin may be missing (written before they were): clips then have ClipSource's defaults.
 // Not thread-safe (HDF5 is not): one reader per thread at a time, calls serialised by the class.
 class ArchiveReader {
  public:
-  explicit ArchiveReader(const std::string& path);
+  explicit ArchiveReader(const std::string& path, Caching caching = Caching::random);
   ~ArchiveReader();
   const ArchiveHeader& header() const;
   std::size_t size() const;
@@ -96,5 +105,9 @@ std::string probe(const std::string& path);
 // The float32 values are those the archive stores, so a clip read back has the digest of the clip written, as have clips
 // that differ in the signs of quaternions. Error(data) where the clip breaks an invariant.
 Digest clip_digest(const Clip& clip);
+
+// The order of clips made from files: by source path, then phase, then mirrored, then where in the source they start. What
+// `canonicalize` writes and `motion-merge` restores, so that shards join to the bytes of a single run. Not total: sort stably.
+bool source_order(const ClipSource& a, const ClipSource& b);
 
 }  // namespace mocap::store

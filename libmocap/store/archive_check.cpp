@@ -27,6 +27,7 @@ void check_index(const std::vector<ClipInfo>& clips, std::int64_t frames, const 
       found("clip " + c.name + " source", e.message());
     }
     if (c.source.end_s < c.source.start_s) found("clip " + c.name, "the source part ends before it starts");
+    if (c.source.up_axis != "" && c.source.up_axis != "y" && c.source.up_axis != "z") found("clip " + c.name, "source up axis '" + c.source.up_axis + "', expected y or z");
   }
 }
 

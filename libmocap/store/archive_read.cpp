@@ -13,20 +13,23 @@ namespace {
 
 std::string clip_object(const ClipInfo& clip) { return "clip " + clip.name; }
 
-// Puts a group's attribute columns on its rows; "" is unlabelled.
+// Puts a group's attribute columns on its rows; "" is unlabelled. Returns the names of the columns.
 template <class Row>
-void read_attributes(const h5::Reader& in, const std::string& group, std::vector<Row>& rows, const std::function<Attributes&(Row&)>& of) {
+std::set<std::string> read_attributes(const h5::Reader& in, const std::string& group, std::vector<Row>& rows, const std::function<Attributes&(Row&)>& of) {
+  std::set<std::string> names;
   for (const auto& link : in.list(group)) {
     const auto column = in.strings(group + "/" + link, {rows.size()});
     const std::string name = h5::unescape_link(link);
+    names.insert(name);
     for (std::size_t i = 0; i < rows.size(); ++i)
       if (!column[i].empty()) of(rows[i]).emplace(name, column[i]);
   }
+  return names;
 }
 
 }  // namespace
 
-ArchiveReader::State::State(const std::string& path) : in(path, "motion archive") {
+ArchiveReader::State::State(const std::string& path, Caching caching) : in(path, "motion archive", caching == Caching::random ? 4 * h5::kChunkBytes : h5::kChunkBytes) {
   const Complete complete = parse_complete(in, in.require_format(kMotionFormat, kFormatVersion), "clips");
   for (const auto& [name, value] : {std::pair{"length_unit", "m"}, {"angle_unit", "rad"}, {"up_axis", "z"}, {"forward_axis", "x"}, {"quaternion_order", "wxyz"}})
     in.require_attribute(name, value);
@@ -77,7 +80,34 @@ void ArchiveReader::State::read_index(const Complete& complete) {
   }
   digest = to_hex(combined_digest(std::move(digests)));
   if (digest != complete.digest) in.refuse("clips/digest", "the digests do not fit the attribute complete: the file is damaged");
-  read_attributes<ClipInfo>(in, "/clips/attributes", clips, [](ClipInfo& c) -> Attributes& { return c.attributes; });
+  read_source_frames();
+  header.attributes = read_attributes<ClipInfo>(in, "/clips/attributes", clips, [](ClipInfo& c) -> Attributes& { return c.attributes; });
+}
+
+// Columns that older archives lack.
+void ArchiveReader::State::read_source_frames() {
+  const h5::Shape rows{clips.size()};
+  const auto column = [&](const char* path, const auto& read, const auto& set) {
+    if (!in.has(path)) return;
+    const auto values = read(path);
+    for (std::size_t i = 0; i < clips.size(); ++i) set(clips[i], values, i);
+  };
+  const auto strings = [&](const char* path) { return in.strings(path, rows); };
+  const auto numbers = [&](const char* path) { return in.values<double>(path, rows); };
+  column("/clips/source_unit", strings, [](ClipInfo& c, const auto& v, std::size_t i) { c.source.unit = v[i]; });
+  column("/clips/source_up_axis", strings, [](ClipInfo& c, const auto& v, std::size_t i) { c.source.up_axis = v[i]; });
+  column("/clips/source_scale", numbers, [&](ClipInfo& c, const auto& v, std::size_t i) {
+    c.source.scale = v[i];
+    if (!(std::isfinite(v[i]) && v[i] > 0)) in.refuse(clip_object(c), "source scale " + std::to_string(v[i]) + ", expected a finite number above 0");
+  });
+  column("/clips/source_yaw", numbers, [&](ClipInfo& c, const auto& v, std::size_t i) {
+    c.source.yaw = v[i];
+    if (!std::isfinite(v[i])) in.refuse(clip_object(c), "a source yaw that is not finite");
+  });
+  column("/clips/source_origin", [&](const char* path) { return in.values<double>(path, {clips.size(), 3}); }, [&](ClipInfo& c, const auto& v, std::size_t i) {
+    c.source.origin = Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
+    if (!c.source.origin.allFinite()) in.refuse(clip_object(c), "a source origin that is not finite");
+  });
 }
 
 void ArchiveReader::State::open_frames() {
@@ -114,7 +144,7 @@ void ArchiveReader::State::read_segments() {
     segments[k].start = start[k];
     segments[k].length = length[k];
   }
-  read_attributes<Segment>(in, "/segments/attributes", segments, [](Segment& s) -> Attributes& { return s.attributes; });
+  header.segment_attributes = read_attributes<Segment>(in, "/segments/attributes", segments, [](Segment& s) -> Attributes& { return s.attributes; });
   for (std::size_t k = 0; k < clip.size(); ++k) clips[static_cast<std::size_t>(clip[k])].segments.push_back(std::move(segments[k]));
 }
 
@@ -174,7 +204,7 @@ Clip ArchiveReader::State::assemble(std::size_t i, RawClip&& raw) const {
   return clip;
 }
 
-ArchiveReader::ArchiveReader(const std::string& path) : state_(std::make_unique<State>(path)) {}
+ArchiveReader::ArchiveReader(const std::string& path, Caching caching) : state_(std::make_unique<State>(path, caching)) {}
 ArchiveReader::~ArchiveReader() = default;
 
 const ArchiveHeader& ArchiveReader::header() const { return state_->header; }

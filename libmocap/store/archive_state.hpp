@@ -13,7 +13,7 @@
 namespace mocap::store {
 
 struct ArchiveReader::State {
-  explicit State(const std::string& path);
+  State(const std::string& path, Caching caching);
 
   struct RawClip {  // as stored
     std::vector<float> rotations, root_position;
@@ -32,6 +32,7 @@ struct ArchiveReader::State {
 
  private:
   void read_index(const Complete& complete);
+  void read_source_frames();
   void open_frames();
   void read_segments();
   void read_path_sizes();

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 #include <unordered_set>
 #include <utility>
 
@@ -27,8 +28,10 @@ class AttributeTable {
     }
     ++rows_;
   }
-  void write(h5::Writer& out, const std::string& group) {
+  // `always`: columns that are written even where no row has the attribute.
+  void write(h5::Writer& out, const std::string& group, const std::set<std::string>& always) {
     out.group(group);
+    for (const auto& name : always) columns_.try_emplace(name);
     for (auto& [name, column] : columns_) {
       column.resize(rows_);
       out.strings(group + "/" + h5::escape_link(name), column);
@@ -74,9 +77,9 @@ struct ArchiveWriter::State {
   bool finished = false;
 
   std::unordered_set<std::string> names;
-  Column name, source, source_sha256;
+  Column name, source, source_sha256, source_unit, source_up_axis;
   std::vector<std::int64_t> start, length, segment_clip, segment_start, segment_length;
-  std::vector<double> source_start, source_end, source_rate;
+  std::vector<double> source_start, source_end, source_rate, source_scale, source_yaw, source_origin;
   std::vector<std::int32_t> phase;
   std::vector<std::uint8_t> mirrored;
   std::vector<Digest> digests;
@@ -111,6 +114,11 @@ void ArchiveWriter::State::require(const Clip& clip) const {
   if (!clip.source.sha256.empty()) from_hex(clip.source.sha256);
   if (!std::isfinite(clip.source.start_s) || !std::isfinite(clip.source.end_s) || !std::isfinite(clip.source.frame_rate_hz))
     refuse(where, "source times or rate that are not finite");
+  require_text(clip.source.unit, {file, 0, where.object + " source unit"});
+  require_text(clip.source.up_axis, {file, 0, where.object + " source up axis"});
+  if (!(std::isfinite(clip.source.scale) && clip.source.scale > 0))
+    refuse(where, "source scale " + std::to_string(clip.source.scale) + ", expected a finite number above 0");
+  if (!std::isfinite(clip.source.yaw) || !clip.source.origin.allFinite()) refuse(where, "a source yaw or origin that is not finite");
 }
 
 Digest ArchiveWriter::State::add_frames(const Clip& clip) {
@@ -147,6 +155,8 @@ ArchiveWriter::ArchiveWriter(const std::string& path, Overwrite mode, ArchiveHea
     if (!fits_float(e.offset)) refuse({file, 0, "skeleton"}, "an end site beyond the range of float32");
   if (!(std::isfinite(header.frame_rate_hz) && header.frame_rate_hz > 0)) refuse({file, 0, {}}, "frame rate " + std::to_string(header.frame_rate_hz) + ", expected a finite number above 0");
   require_text(header.contacts_rule, {file, 0, "contacts rule"});
+  for (const auto* columns : {&header.attributes, &header.segment_attributes})
+    for (const auto& name : *columns) require_attributes({{name, ""}}, {file, 0, "header"});
 
   state_ = std::make_unique<State>(path, mode, std::move(header), deflate);
   State& s = *state_;
@@ -185,6 +195,11 @@ void ArchiveWriter::add(const Clip& clip) {
   s.source_rate.push_back(clip.source.frame_rate_hz);
   s.phase.push_back(clip.source.phase);
   s.mirrored.push_back(clip.source.mirrored ? 1 : 0);
+  s.source_unit.push_back(clip.source.unit);
+  s.source_up_axis.push_back(clip.source.up_axis);
+  s.source_scale.push_back(clip.source.scale);
+  s.source_yaw.push_back(clip.source.yaw);
+  for (const double x : clip.source.origin) s.source_origin.push_back(x + 0.0);  // no negative zeros
   s.attributes.add(clip.attributes);
   for (const Segment& segment : clip.segments) {
     s.segment_clip.push_back(row);
@@ -218,16 +233,25 @@ void ArchiveWriter::finish() {
   s.out.values("/clips/source_frame_rate_hz", s.source_rate);
   s.out.values("/clips/phase", s.phase);
   s.out.values("/clips/mirrored", s.mirrored);
+  s.out.strings("/clips/source_unit", s.source_unit);
+  s.out.strings("/clips/source_up_axis", s.source_up_axis);
+  s.out.values("/clips/source_scale", s.source_scale);
+  s.out.values("/clips/source_yaw", s.source_yaw);
+  s.out.values("/clips/source_origin", s.source_origin, {s.name.size(), 3});
   s.out.dataset("/clips/digest", h5::Type::u8, {s.digests.size(), 32}, s.digests.data());
-  s.attributes.write(s.out, "/clips/attributes");
+  s.attributes.write(s.out, "/clips/attributes", s.header.attributes);
   if (!s.segment_clip.empty()) {
     s.out.values("/segments/clip", s.segment_clip);
     s.out.values("/segments/start", s.segment_start);
     s.out.values("/segments/length", s.segment_length);
-    s.segment_attributes.write(s.out, "/segments/attributes");
+    s.segment_attributes.write(s.out, "/segments/attributes", s.header.segment_attributes);
   }
   write_history(s.out, s.header.history);
   s.out.finish(format_complete("clips", {s.name.size(), to_hex(combined_digest(s.digests))}));
+}
+
+bool source_order(const ClipSource& a, const ClipSource& b) {
+  return std::tie(a.path, a.phase, a.mirrored, a.start_s) < std::tie(b.path, b.phase, b.mirrored, b.start_s);
 }
 
 }  // namespace mocap::store

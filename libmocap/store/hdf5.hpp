@@ -98,10 +98,10 @@ class Rows {
 class Dataset;
 
 // One file opened read-only, without locks. `expected` ("motion archive") completes the refusals. "-" and everything that
-// is no regular file is spooled to an unlinked file in $TMPDIR first.
+// is no regular file is spooled to an unlinked file in $TMPDIR first. `cache_bytes`: of unpacked chunks, for each dataset.
 class Reader {
  public:
-  Reader(const std::string& path, std::string expected);
+  Reader(const std::string& path, std::string expected, std::uint64_t cache_bytes = 4 * kChunkBytes);
   ~Reader();
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;

@@ -113,7 +113,7 @@ struct Reader::State {
   }
 };
 
-Reader::Reader(const std::string& path, std::string expected) : state_(std::make_unique<State>()) {
+Reader::Reader(const std::string& path, std::string expected, std::uint64_t cache_bytes) : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.name = path == "-" ? "<stdin>" : path;
   s.expected = std::move(expected);
@@ -137,7 +137,7 @@ Reader::Reader(const std::string& path, std::string expected) : state_(std::make
   const Lock lock(library_mutex());
   const Id access(H5Pcreate(H5P_FILE_ACCESS));
   // A chunk is read once for the clips that share it: the cache of each dataset holds a few.
-  if (H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG) < 0 || H5Pset_cache(access.get(), 0, 521, 4 * kChunkBytes, 0.75) < 0
+  if (H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG) < 0 || H5Pset_cache(access.get(), 0, 521, cache_bytes, 0.75) < 0
 #if H5_VERSION_GE(1, 10, 7)
       || H5Pset_file_locking(access.get(), false, true) < 0
 #endif

@@ -19,7 +19,7 @@
 # setup: print(eval(sys.argv[1], {**globals(), "a": [Archive(p) for p in sys.argv[2:]]}))
 # setup: END
 # setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; echo 141 > 141
-# setup: printf 'file\tstatus\nbad.bvh\t3\nabsent.bvh\t3\nin/broken.bvh\t3\n' > fails
+# setup: printf 'file\tstatus\nabsent.bvh\t3\nbad.bvh\t3\nin/broken.bvh\t3\n' > fails
 
 0 ~^Usage:.canonicalize.*INPUT\.\.\..-o canonicalize --help
 0 ~^canonicalize.\(mocapkit\) canonicalize --version
@@ -54,7 +54,7 @@
 # labels: whole clips, segments, by path and by name
 0 true canonicalize -q whole --labels whole/labels.tsv -o lab.h5 && ./q 'a[0].col("clips/attributes/action") == ["", "walking"] and a[0].col("clips/attributes/gender") == ["female", "male"]' lab.h5
 0 true ./q 'a[0].col("segments/attributes/action") == ["walking", "jogging"] and list(a[0].f["segments/length"][()]) == [15, 15] and list(a[0].f["segments/clip"][()]) == [0, 0]' lab.h5
-0 true ./q 'a[0].history[-1]["inputs"][0]["path"] == "labels.tsv"' lab.h5
+0 true ./q '[i["path"] for i in a[0].history[-1]["inputs"]] == ["a.bvh", "labels.tsv", "sub/b.bvh"]' lab.h5
 0 ~9.of.10.clips.have.no.row (head -2 corpus/labels.tsv) > few.tsv; canonicalize corpus --labels few.tsv -o few.h5
 3 ~absent\.tsv canonicalize good.bvh --labels absent.tsv -o x.h5
 3 ~bad\.tsv printf 'name\taction\na\tb\n' > bad.tsv; canonicalize good.bvh --labels bad.tsv -o x.h5

@@ -12,6 +12,9 @@
 # setup: cp two.h5 damaged.h5; /usr/bin/python3 -c 'import h5py; f = h5py.File("two.h5"); at = f["frames/rotations"].id.get_chunk_info(0).byte_offset + 50; g = open("damaged.h5", "r+b"); g.seek(at); b = g.read(1); g.seek(at); g.write(bytes([b[0] ^ 4]))'
 # setup: /usr/bin/python3 $DATA/store/make_model.py model.h5; cp model.h5 nan.h5; cp model.h5 hurt.h5
 # setup: /usr/bin/python3 -c 'import h5py; f = h5py.File("model.h5"); at = f["weights/decoder/weight"].id.get_chunk_info(0).byte_offset + 9; g = open("hurt.h5", "r+b"); g.seek(at); b = g.read(1); g.seek(at); g.write(bytes([b[0] ^ 4]))'
+# setup: cp two.h5 axes.h5; ./edit axes.h5 'for n, v in (("unit", np.array([b"cm", b"in"], h5py.string_dtype("utf-8", 2))), ("up_axis", np.array([b"y", b""], h5py.string_dtype("utf-8", 1))), ("scale", [0.5, 1.0]), ("yaw", [0.25, 0.0]), ("origin", [[1.0, 2, 3], [0, 0, 0]])): del f["clips/source_" + n]; f.create_dataset("clips/source_" + n, data=v, chunks=np.shape(v), shuffle=True, fletcher32=True)'
+# setup: cp two.h5 older.h5; ./edit older.h5 'for n in ("unit", "up_axis", "scale", "yaw", "origin"): del f["clips/source_" + n]'
+# setup: cp axes.h5 sideways.h5; ./edit sideways.h5 'f["clips/source_up_axis"][0] = b"x"'
 # setup: echo True > true; echo 141 > 141; echo 'two.h5: ok (quick check)' > quick; echo 'two.h5: ok (full check)' > full; echo 'model.h5: ok (full check)' > model
 
 0 ~^Usage:.motion-info.*INPUT motion-info --help
@@ -34,6 +37,15 @@
 0 true motion-info --json two.h5 | ./j 'd["clips"] == 2 and d["attributes"]["gender"] == {"": 1, "female": 1} and d["skeleton"]["roles"]["left_hand"] == "left_wrist" and len(d["history"]) == 1 and "clip" not in d'
 0 true motion-info --json --list two.h5 | ./j '[c["name"] for c in d["clip"]] == ["a", "b"] and d["clip"][0]["source"] == "a.bvh" and sum(c["frames"] for c in d["clip"]) == d["frames"]'
 0 true motion-info --json two.h5 good.bvh | ./j 'isinstance(d, list) and [x["format"] for x in d] == ["archive", "bvh"]'
+
+# how its sources were read; archives from before that was kept
+0 ~^..source.axes.cm,.y.up:.1\;.in:.1$ motion-info axes.h5
+0 ~clip.*a:.*from.a\.bvh.\(cm,.y.up\)$ motion-info --list axes.h5
+0 ~clip.*b:.*from.b\.bvh.\(in\)$ motion-info --list axes.h5
+0 true motion-info --json --list axes.h5 | ./j '[d["clip"][0]["source_" + n] for n in ("unit", "up_axis", "scale", "yaw", "origin")] == ["cm", "y", 0.5, 0.25, [1, 2, 3]] and d["source_axes"] == {"cm, y up": 1, "in": 1}'
+0 true motion-info --json --list older.h5 | ./j '[d["clip"][1]["source_" + n] for n in ("unit", "up_axis", "scale", "yaw", "origin")] == ["", "", 1, 0, [0, 0, 0]] and d["source_axes"] == {}'
+0 ~older\.h5:.ok motion-info --check full older.h5
+1 ~^sideways\.h5:clip.a:.source.up.axis.'x',.expected.y.or.z$ motion-info --check sideways.h5
 
 # its history is a script
 0 ~^canonicalize.--contacts=default.*--fps=30 motion-info --history two.h5

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <thread>
 
 #include "libmocap/base/error.hpp"
@@ -40,7 +41,7 @@ void expect_same_motion(const Clip& a, const Clip& b) {
 TEST(Archive, GivesBackWhatWasWritten) {
   Clip walk = with_contacts(sample_clip("walk 01", 40, 1)), run = with_contacts(sample_clip("run", 1, 2));
   walk.attributes = {{"action", "walking"}, {"gender", "female"}};
-  walk.source = {"sub/walk.bvh", std::string(64, 'b'), 0.5, 1.75, 120, 3, true};
+  walk.source = {"sub/walk.bvh", std::string(64, 'b'), 0.5, 1.75, 120, 3, true, "in", "z", 0.9, -1.25, {3, -2, 0.5}};
   walk.segments = {{0, 10, {{"action", "walking"}}}, {10, 30, {{"action", "jogging"}, {"speed", "fast"}}}};
   walk.path = {{0, 0}, {1, 0.5}, {2, 0.25}};
   run.attributes = {{"action", ""}};
@@ -71,6 +72,11 @@ TEST(Archive, GivesBackWhatWasWritten) {
   EXPECT_EQ(back.source.frame_rate_hz, 120);
   EXPECT_EQ(back.source.phase, 3);
   EXPECT_TRUE(back.source.mirrored);
+  EXPECT_EQ(back.source.unit, "in");
+  EXPECT_EQ(back.source.up_axis, "z");
+  EXPECT_EQ(back.source.scale, 0.9);
+  EXPECT_EQ(back.source.yaw, -1.25);
+  EXPECT_EQ(back.source.origin, Vector3(3, -2, 0.5));
   ASSERT_EQ(back.segments.size(), 2u);
   EXPECT_EQ(back.segments[1].start, 10);
   EXPECT_EQ(back.segments[1].attributes, walk.segments[1].attributes);
@@ -212,6 +218,18 @@ TEST(Archive, RefusesWhatItCannotKeep) {
   clip.segments = {{2, 3, {}}};
   EXPECT_NE(attempt(clip).find("segment"), std::string::npos);
   clip = good;
+  clip.source.scale = 0;
+  EXPECT_NE(attempt(clip).find("source scale 0.000000, expected a finite number above 0"), std::string::npos);
+  clip = good;
+  clip.source.yaw = std::nan("");
+  EXPECT_NE(attempt(clip).find("yaw or origin that is not finite"), std::string::npos);
+  clip = good;
+  clip.source.origin.y() = INFINITY;
+  EXPECT_NE(attempt(clip).find("yaw or origin that is not finite"), std::string::npos);
+  clip = good;
+  clip.source.unit = "\xb5m";
+  EXPECT_NE(attempt(clip).find("source unit: is not UTF-8"), std::string::npos);
+  clip = good;
   clip.source.sha256 = "abc";
   EXPECT_NE(attempt(clip).find("SHA-256"), std::string::npos);
   EXPECT_NE(refusal([&] { ArchiveWriter(folder() / "never.h5", Overwrite::refuse, header_for(good)).finish(); }).find("no clips"), std::string::npos);
@@ -284,12 +302,41 @@ TEST(Archive, ProbeTellsTheFormats) {
   EXPECT_EQ(store::probe(folder().path()), "");
 }
 
+TEST(Archive, CopiesHaveTheColumnsOfTheirOriginal) {
+  Clip clip = sample_clip("a", 4, 1);
+  clip.attributes = {{"action", ""}, {"gender", "female"}};
+  clip.segments = {{0, 2, {{"speed", ""}}}};
+  const std::string path = folder() / "columns.h5", copy = folder() / "columns-copy.h5";
+  write_archive(path, {clip});
+  const ArchiveReader reader(path);
+  EXPECT_EQ(reader.header().attributes, (std::set<std::string>{"action", "gender"}));
+  EXPECT_EQ(reader.header().segment_attributes, std::set<std::string>{"speed"});
+  ArchiveWriter writer(copy, Overwrite::refuse, reader.header());
+  writer.add(reader.read(0));
+  writer.finish();
+  EXPECT_EQ(slurp(path), slurp(copy));
+}
+
+TEST(Archive, SourcesHaveAnOrder) {
+  const ClipSource first = {"a", {}, 0, 1, 120, 0, false, {}, {}};
+  for (const ClipSource& later : {ClipSource{"b", {}, 0, 1, 120, 0, false, {}, {}}, ClipSource{"a", {}, 0, 1, 120, 1, false, {}, {}},
+                                  ClipSource{"a", {}, 0, 1, 120, 0, true, {}, {}}, ClipSource{"a", {}, 0.5, 1, 120, 0, false, {}, {}}}) {
+    EXPECT_TRUE(store::source_order(first, later));
+    EXPECT_FALSE(store::source_order(later, first));
+  }
+  EXPECT_FALSE(store::source_order(first, first));
+}
+
 // The contract through other eyes: names, types, filters, attributes and digests as h5py, NumPy and hashlib see them.
 TEST(Archive, H5pySeesTheContract) {
   Clip walk = with_contacts(sample_clip("walk", 40, 1)), run = with_contacts(sample_clip("run/fast", 25, 2));
   walk.attributes = {{"action", "walking"}};
   run.segments = {{0, 25, {{"action", "jogging"}}}};
   run.path = {{0, 0}, {3, 1}};
+  run.source.unit = "in";
+  run.source.up_axis = "z";
+  run.source.yaw = 0.25;
+  run.source.origin = {1, -2, 0.5};
   const std::string path = folder() / "contract.h5", packed = folder() / "contract-packed.h5";
   write_archive(path, {walk, run}, "preset:default");
   write_archive(packed, {walk, run}, "preset:default", 4);

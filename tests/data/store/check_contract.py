@@ -75,8 +75,13 @@ if kind == "archive":
     N = len(f["clips/name"])
     F = len(f["frames/rotations"])
     need(complete["clips"] == N, "complete")
-    for name, dtype in [("start", "<i8"), ("length", "<i8"), ("source_start", "<f8"), ("source_end", "<f8"), ("source_frame_rate_hz", "<f8"), ("phase", "<i4"), ("mirrored", "u1")]:
+    for name, dtype in [("start", "<i8"), ("length", "<i8"), ("source_start", "<f8"), ("source_end", "<f8"), ("source_frame_rate_hz", "<f8"), ("phase", "<i4"), ("mirrored", "u1"),
+                        ("source_scale", "<f8"), ("source_yaw", "<f8")]:
         shape("clips/" + name, (N,), dtype)
+    shape("clips/source_origin", (N, 3), "<f8")
+    need((f["clips/source_scale"][()] > 0).all(), "source_scale above 0")
+    need(texts(f["clips/source_unit"]) == ["cm", "in"] and texts(f["clips/source_up_axis"]) == ["y", "z"], "source_unit, source_up_axis")
+    need((f["clips/source_origin"][1] == [1, -2, 0.5]).all() and f["clips/source_yaw"][1] == 0.25, "source_origin, source_yaw")
     for name in ["name", "source", "source_sha256"]:
         need(len(texts(f["clips/" + name])) == N, name)
     shape("clips/digest", (N, 32), "u1")

@@ -225,3 +225,20 @@ print("foreign.h5", "open", "an HDF5 file with superblock version 0, expected a 
 with h5py.File(os.path.join(folder, "foreign_new.h5"), "w", libver=("v110", "v110")) as f:
     f["data"] = np.arange(10)
 print("foreign_new.h5", "open", "without the attribute format, expected a motion archive", sep="\t")
+
+
+# --- where clips lie in their sources: columns that older archives lack
+@defect("older", "fine", "")
+def _(f):
+    for name in ["unit", "up_axis", "scale", "yaw", "origin"]:
+        del f["clips/source_" + name]
+
+
+defect("scale_zero", "open", "clip second: source scale 0.000000, expected a finite number above 0")(lambda f: replace(f, "clips/source_scale", [1.0, 0.0]))
+defect("scale_nan", "open", "clip first: source scale nan")(lambda f: replace(f, "clips/source_scale", [np.nan, 1.0]))
+defect("scale_short", "open", "clips/source_scale")(lambda f: replace(f, "clips/source_scale", [1.0]))
+defect("yaw_inf", "open", "clip first: a source yaw that is not finite")(lambda f: replace(f, "clips/source_yaw", [np.inf, 0.0]))
+defect("origin_nan", "open", "clip second: a source origin that is not finite")(lambda f: replace(f, "clips/source_origin", [[0.0, 0, 0], [0, np.nan, 0]]))
+defect("origin_flat", "open", "clips/source_origin")(lambda f: replace(f, "clips/source_origin", [0.0, 0.0]))
+defect("unit_short", "open", "clips/source_unit")(lambda f: replace(f, "clips/source_unit", fixed(["m"])))
+defect("up_axis_x", "check", "clip second: source up axis 'x', expected y or z")(lambda f: replace(f, "clips/source_up_axis", fixed(["y", "x"])))
