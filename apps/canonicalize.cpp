@@ -6,11 +6,14 @@
 #include <set>
 
 #include "libmocap/base/log.hpp"
+#include "libmocap/clip/rate_check.hpp"
 #include "libmocap/cli/reading_options.hpp"
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
 #include "libmocap/formats/labels.hpp"
 #include "libmocap/formats/motion_input.hpp"
+#include "libmocap/formats/path_attributes.hpp"
+#include "libmocap/io/body_model.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
 #include "libmocap/store/archive.hpp"
 
@@ -22,6 +25,8 @@ using namespace mocap;
 struct Prepared {
   std::vector<Clip> clips;
   std::unique_ptr<formats::MotionInput> input;
+  std::vector<std::string> doubts;  // about the rate
+  bool unmatched = false;           // by --attr-from-path
 };
 
 class Canonicalize final : public cli::Tool {
@@ -51,19 +56,31 @@ class Canonicalize final : public cli::Tool {
   void options(CLI::App& app) override {
     reading_.add(app);
     app.add_option("--labels", labels_, "tab-separated table: file, then attributes; with start and end rows become segments")->check(cli::path("FILE.tsv"));
+    app.add_option("--attr-from-path", attr_from_path_, "regular expression (PCRE) whose named groups, (?<subject>...), become attributes; held against the path below the folder given")
+        ->check(cli::path("REGEX"));
+    app.add_option("--body-model", body_model_, "your own SMPL, SMPL+H or SMPL-X model: AMASS clips get exact rest joints by their betas")->check(cli::path("FILE.npz"));
     app.add_option("--fps", options_.rate_hz, "frame rate of the output")->check(cli::between(0.1, 10000, "HZ"))->capture_default_str();
     app.add_option("--phases", phases_, "of a higher source rate: the first decimation offset, or all, each a clip")->check(cli::one_of({"first", "all"}))->capture_default_str();
+    app.add_option("--anti-alias", anti_alias_, "low-pass before going down in rate; none keeps the frames that fall on the new times")->check(cli::one_of({"none", "sinc"}))->capture_default_str();
     app.add_option("--contacts", options_.contacts, "rule that labels foot contacts")->check(cli::one_of(preset_names()))->capture_default_str();
+    app.add_option("--trim", trim_, "cut from the start and the end of each file: seconds (0.5) or percent (10%), one for both or A,B")->check(cli::path("A[,B]"));
     app.add_option("--min-seconds", options_.min_seconds, "refuse shorter clips")->check(cli::non_negative("SECONDS"))->capture_default_str();
   }
 
   Exit run(cli::Context& context) override {
     options_.all_phases = phases_ == "all";
+    options_.anti_alias = anti_alias_ == "sinc" ? AntiAlias::sinc : AntiAlias::none;
+    if (!trim_.empty()) options_.trim = Trim::parse(trim_);
+    if (!attr_from_path_.empty()) from_path_.emplace(attr_from_path_);
+    formats::ReadOptions reading = reading_.options();
+    if (!body_model_.empty()) reading.body_model = io::BodyModel::read(body_model_);
+    std::vector<HistoryInput> option_files = cli::ReadingOptions::files(reading);
     const Canonicalizer canonicalizer(options_);
     std::optional<formats::Labels> labels;
     if (!labels_.empty()) labels = formats::Labels::read(labels_);
+    if (labels) option_files.push_back({base_name(labels_), labels->sha256()});
 
-    if (done_before(context, labels)) {
+    if (done_before(context, option_files)) {
       log::info("{} is up to date", context.common().output);
       return Exit::ok;
     }
@@ -73,9 +90,8 @@ class Canonicalize final : public cli::Tool {
     header.contacts_rule = "preset:" + options_.contacts;
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
     std::set<std::string> names;
-    std::vector<HistoryInput> inputs;
-    if (labels) inputs.push_back({base_name(labels_), labels->sha256()});
-    std::size_t frames = 0, unlabelled = 0;
+    std::vector<HistoryInput> inputs = std::move(option_files);
+    std::size_t frames = 0, unlabelled = 0, unmatched = 0, files = 0;
     double seconds = 0;
     const auto finish_clip = [&](Clip& clip) {
       std::string unique = clip.name;
@@ -89,9 +105,9 @@ class Canonicalize final : public cli::Tool {
     const Exit status = context.for_each<Prepared>(
         [&](const cli::InputFile& file) {
           Prepared p;
-          p.input = formats::open_motion(file.path, file.label, reading_.options());
+          p.input = formats::open_motion(file.path, file.label, reading);
           if (p.input->format() == "archive") return p;
-          p.clips = prepare(*p.input, 0, file, labels, canonicalizer);
+          p.clips = prepare(p, 0, file, labels, canonicalizer);
           return p;
         },
         [&](const cli::InputFile& file, Prepared&& p) {
@@ -99,7 +115,10 @@ class Canonicalize final : public cli::Tool {
           for (Clip& clip : p.clips) finish_clip(clip);
           if (p.clips.empty())
             for (std::size_t i = 0; i < p.input->size(); ++i)
-              for (Clip& clip : prepare(*p.input, i, file, labels, canonicalizer)) finish_clip(clip);
+              for (Clip& clip : prepare(p, i, file, labels, canonicalizer)) finish_clip(clip);
+          for (const auto& doubt : p.doubts) log::warn("{}", doubt);
+          unmatched += p.unmatched;
+          ++files;
           merge_into(history_, p.input->history());
           inputs.push_back({file.label, p.input->sha256()});
         });
@@ -107,6 +126,8 @@ class Canonicalize final : public cli::Tool {
     history_.push_back(context.history_entry(std::move(inputs)));
     writer.set_history(history_);
     writer.finish();
+    cli::ReadingOptions::report_unused(reading, context);
+    if (unmatched > 0) log::warn("--attr-from-path does not match {} of {} files", unmatched, files);
     if (unlabelled > 0) log::warn("{} of {} clips have no row in {}", unlabelled, writer.size(), labels_);
     log::info("{} clips, {} frames, {:.1f} s", writer.size(), frames, seconds);
     return status;
@@ -114,10 +135,8 @@ class Canonicalize final : public cli::Tool {
 
  private:
   // --skip-existing: an archive is one output, so it is done where it was made by this command from these very files.
-  bool done_before(cli::Context& context, const std::optional<formats::Labels>& labels) const {
+  bool done_before(cli::Context& context, std::vector<HistoryInput> now) const {
     if (!context.common().skip_existing || context.common().output == "-") return false;
-    std::vector<HistoryInput> now;
-    if (labels) now.push_back({base_name(labels_), labels->sha256()});
     for (const auto& file : context.inputs()) {
       Digest digest{};
       try {
@@ -137,12 +156,25 @@ class Canonicalize final : public cli::Tool {
     return names;
   }
 
-  static std::vector<Clip> prepare(const formats::MotionInput& input, std::size_t i, const cli::InputFile& file, const std::optional<formats::Labels>& labels,
-                                   const Canonicalizer& canonicalizer) {
+  // What the path says of a clip: by --attr-from-path, otherwise of AMASS files by their folders. False where the expression does not fit.
+  bool attach_path(Clip& clip, const std::string& format, const cli::InputFile& file) const {
+    // Of an archive's clip the file that it came from says more than the archive.
+    if (from_path_) return from_path_->apply(clip.attributes, file.path, format == "archive" && !clip.source.path.empty() ? clip.source.path : file.label);
+    if (format == "npz (SMPL+H)" || format == "npz (SMPL-X)") formats::amass_attributes(clip.attributes, file.path, file.label);
+    return true;
+  }
+
+  std::vector<Clip> prepare(Prepared& p, std::size_t i, const cli::InputFile& file, const std::optional<formats::Labels>& labels, const Canonicalizer& canonicalizer) const {
     try {
-      Clip clip = input.read(i);
+      Clip clip = p.input->read(i);
+      if (!attach_path(clip, p.input->format(), file)) p.unmatched = true;
       if (labels) labels->apply(clip, file.path, file.label);
-      return canonicalizer(clip);
+      std::vector<Clip> clips = canonicalizer(clip);
+      if (const auto doubt = clips.empty() ? std::nullopt : check_rate(clips.front())) {
+        const std::string name = (file.path == "-" ? "<stdin>" : file.path) + (p.input->format() == "archive" ? ":clip " + clip.name : "");
+        p.doubts.push_back(fmt::format("{}: its motion contradicts {:.6g} Hz: {}; --fps-override sets another", name, clip.source.frame_rate_hz, *doubt));
+      }
+      return clips;
     } catch (const Error& e) {
       throw e.status() == Exit::data && e.where().file.empty() ? e.in_file(file.path == "-" ? "<stdin>" : file.path) : e;
     }
@@ -150,7 +182,8 @@ class Canonicalize final : public cli::Tool {
 
   cli::ReadingOptions reading_;
   CanonicalizeOptions options_;
-  std::string labels_, phases_ = "first";
+  std::string labels_, phases_ = "first", anti_alias_ = "none", trim_, attr_from_path_, body_model_;
+  std::optional<formats::PathAttributes> from_path_;
   History history_;
 };
 

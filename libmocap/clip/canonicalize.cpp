@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "libmocap/base/error.hpp"
-#include "libmocap/clip/resample.hpp"
 #include "libmocap/clip/world_frame.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
 
@@ -29,7 +28,9 @@ std::shared_ptr<const Retargeter> Canonicalizer::retargeter_for(const std::share
   return made;
 }
 
-std::vector<Clip> Canonicalizer::operator()(const Clip& clip) const {
+std::vector<Clip> Canonicalizer::operator()(const Clip& whole) const {
+  const Clip trimmed = options_.trim.any() ? trim(whole, options_.trim) : Clip{};
+  const Clip& clip = options_.trim.any() ? trimmed : whole;
   if (clip.seconds() < options_.min_seconds)
     refuse({{}, 0, "clip " + clip.name}, fmt::format("{:.3g} s of motion, expected at least {:.3g} s", clip.seconds(), options_.min_seconds));
   const bool canonical = clip.skeleton->same_as(*canonical_body(), 1e-5);
@@ -37,7 +38,7 @@ std::vector<Clip> Canonicalizer::operator()(const Clip& clip) const {
   const int phases = options_.all_phases ? phase_count(clip.frame_rate_hz, options_.rate_hz) : 1;
   std::vector<Clip> out;
   for (int phase = 0; phase < phases && static_cast<std::size_t>(phase) < clip.frames(); ++phase) {
-    Clip c = resample(clip, options_.rate_hz, phase);
+    Clip c = resample(clip, options_.rate_hz, phase, options_.anti_alias);
     if (canonical) {
       c.skeleton = canonical_body();
     } else {

@@ -7,7 +7,9 @@
 
 #include "libmocap/clip/clip.hpp"
 #include "libmocap/clip/ground.hpp"
+#include "libmocap/clip/resample.hpp"
 #include "libmocap/clip/retarget.hpp"
+#include "libmocap/clip/trim.hpp"
 
 namespace mocap {
 
@@ -15,13 +17,15 @@ struct CanonicalizeOptions {
   double rate_hz = 30;
   bool all_phases = false;     // every decimation offset of a higher source rate, each a clip of its own
   std::string contacts = "default";
-  double min_seconds = 0;
+  double min_seconds = 0;  // after trimming
+  Trim trim;               // cut off before anything else
+  AntiAlias anti_alias = AntiAlias::none;
 };
 
 // Resampled, retargeted, on the ground (sole at z = 0), first frame above the origin facing +X, contacts labelled.
 // `clip` in metres, Z up, as formats::open_motion returns it; a clip already on the canonical body is not retargeted.
 // Returns one clip, or one per phase with "@1", "@2", ... appended to the names of all but the first. Error(data) where
-// the skeleton cannot be mapped or the clip is shorter than min_seconds.
+// the skeleton cannot be mapped, trimming leaves nothing or the clip is shorter than min_seconds.
 // One object serves many clips and threads; retargeting is prepared once per skeleton.
 class Canonicalizer {
  public:
