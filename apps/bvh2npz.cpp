@@ -42,11 +42,15 @@ class Bvh2Npz final : public cli::Tool {
   Exit run(cli::Context& context) override {
     cli::ClipOutputs outputs(context, ".npz");
     if (context.common().output == "-") check_output("-", context.overwrite());  // a terminal is refused before any work
-    return context.for_each<Opened>(
+    const formats::ReadOptions reading = reading_.options();
+    const std::vector<HistoryInput> option_files = cli::ReadingOptions::files(reading);
+    const Exit status = context.for_each<Opened>(
         [&](const cli::InputFile& file) {
           Opened o;
-          o.input = formats::open_motion(file.path, file.label, reading_.options());
-          o.entry = context.history_entry({{file.label, o.input->sha256()}});
+          o.input = formats::open_motion(file.path, file.label, reading);
+          std::vector<HistoryInput> inputs = option_files;
+          inputs.push_back({file.label, o.input->sha256()});
+          o.entry = context.history_entry(std::move(inputs));
           o.archive = o.input->format() == "archive";
           if (!o.archive) o.bytes = to_npz(o, o.input->read(0));
           return o;
@@ -65,6 +69,8 @@ class Bvh2Npz final : public cli::Tool {
             publish(outputs.path_for(file, clip.name), to_npz(o, clip));
           }
         });
+    cli::ReadingOptions::report_unused(reading, context);
+    return status;
   }
 
  private:

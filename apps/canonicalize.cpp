@@ -7,12 +7,15 @@
 #include <set>
 
 #include "libmocap/base/log.hpp"
+#include "libmocap/clip/rate_check.hpp"
 #include "libmocap/cli/reading_options.hpp"
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
 #include "libmocap/formats/joint_map_file.hpp"
 #include "libmocap/formats/labels.hpp"
 #include "libmocap/formats/motion_input.hpp"
+#include "libmocap/formats/path_attributes.hpp"
+#include "libmocap/io/body_model.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
 #include "libmocap/store/archive.hpp"
 
@@ -24,6 +27,8 @@ using namespace mocap;
 struct Prepared {
   std::vector<Canonicalizer::Result> results;
   std::unique_ptr<formats::MotionInput> input;
+  std::vector<std::string> doubts;  // about the rate
+  bool unmatched = false;           // by --attr-from-path
 };
 
 class Canonicalize final : public cli::Tool {
@@ -54,9 +59,14 @@ class Canonicalize final : public cli::Tool {
   void options(CLI::App& app) override {
     reading_.add(app);
     app.add_option("--labels", labels_, "tab-separated table: file, then attributes; with start and end rows become segments")->check(cli::path("FILE.tsv"));
+    app.add_option("--attr-from-path", attr_from_path_, "regular expression (PCRE) whose named groups, (?<subject>...), become attributes; held against the path below the folder given")
+        ->check(cli::path("REGEX"));
+    app.add_option("--body-model", body_model_, "your own SMPL, SMPL+H or SMPL-X model: AMASS clips get exact rest joints by their betas")->check(cli::path("FILE.npz"));
     app.add_option("--fps", options_.rate_hz, "frame rate of the output")->check(cli::between(0.1, 10000, "HZ"))->capture_default_str();
     app.add_option("--phases", phases_, "of a higher source rate: the first decimation offset, or all, each a clip")->check(cli::one_of({"first", "all"}))->capture_default_str();
+    app.add_option("--anti-alias", anti_alias_, "low-pass before going down in rate; none keeps the frames that fall on the new times")->check(cli::one_of({"none", "sinc"}))->capture_default_str();
     app.add_option("--contacts", options_.contacts, "rule that labels foot contacts")->check(cli::one_of(preset_names()))->capture_default_str();
+    app.add_option("--trim", trim_, "cut from the start and the end of each file: seconds (0.5) or percent (10%), one for both or A,B")->check(cli::path("A[,B]"));
     app.add_option("--body", body_, "onto the canonical body, or kept on the common skeleton of the inputs, whose joints and bones the first one gives")
         ->check(cli::one_of({"canonical", "source"}))->capture_default_str();
     app.add_option("--joint-map", joint_map_, "which joint is which, where names do not tell: TOML, [joints], canonical = \"theirs\"")->check(cli::path("FILE.toml"));
@@ -72,22 +82,24 @@ class Canonicalize final : public cli::Tool {
   Exit run(cli::Context& context) override {
     options_.all_phases = phases_ == "all";
     options_.alignment = alignment_ == "rest" ? Alignment::rest : alignment_ == "motion" ? Alignment::motion : Alignment::automatic;
+    options_.anti_alias = anti_alias_ == "sinc" ? AntiAlias::sinc : AntiAlias::none;
+    if (!trim_.empty()) options_.trim = Trim::parse(trim_);
+    if (!attr_from_path_.empty()) from_path_.emplace(attr_from_path_);
     if (body_ == "source" && !report_.empty()) refuse_usage("--report --body source: nothing is retargeted, expected --body canonical");
     if (!report_.empty()) check_output(report_, context.overwrite());
-    std::optional<formats::Labels> labels;
-    std::vector<HistoryInput> tables;  // read beside the motion
-    if (!labels_.empty()) {
-      labels = formats::Labels::read(labels_);
-      tables.push_back({base_name(labels_), labels->sha256()});
-    }
     read_options_ = reading_.options();
+    if (!body_model_.empty()) read_options_.body_model = io::BodyModel::read(body_model_);
+    std::vector<HistoryInput> option_files = cli::ReadingOptions::files(read_options_);
     if (!joint_map_.empty()) {
       const auto map = formats::read_joint_map(joint_map_);
       read_options_.joints = map.joints;
-      tables.push_back({base_name(joint_map_), map.sha256});
+      option_files.push_back({base_name(joint_map_), map.sha256});
     }
+    std::optional<formats::Labels> labels;
+    if (!labels_.empty()) labels = formats::Labels::read(labels_);
+    if (labels) option_files.push_back({base_name(labels_), labels->sha256()});
 
-    if (done_before(context, tables)) {
+    if (done_before(context, option_files)) {
       log::info("{} is up to date", context.common().output);
       return Exit::ok;
     }
@@ -99,9 +111,9 @@ class Canonicalize final : public cli::Tool {
     header.contacts_rule = "preset:" + options_.contacts;
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
     std::set<std::string> names;
-    std::vector<HistoryInput> inputs = tables;
+    std::vector<HistoryInput> inputs = std::move(option_files);
     Report report;
-    std::size_t frames = 0, unlabelled = 0;
+    std::size_t frames = 0, unlabelled = 0, unmatched = 0, files = 0;
     double seconds = 0;
     const auto finish_clip = [&](Clip& clip) {
       std::string unique = clip.name;
@@ -123,14 +135,17 @@ class Canonicalize final : public cli::Tool {
           Prepared p;
           p.input = file.path == "-" && stdin_ ? std::move(stdin_) : formats::open_motion(file.path, file.label, read_options_);
           if (p.input->format() == "archive") return p;
-          p.results.push_back(prepare(*p.input, 0, file, labels, canonicalizer));
+          p.results.push_back(prepare(p, 0, file, labels, canonicalizer));
           return p;
         },
         [&](const cli::InputFile& file, Prepared&& p) {
           for (const auto& note : p.input->notes()) log::debug("{}: {}", file.label, note);
           for (auto& result : p.results) finish_result(file, std::move(result));
           if (p.results.empty())
-            for (std::size_t i = 0; i < p.input->size(); ++i) finish_result(file, prepare(*p.input, i, file, labels, canonicalizer));
+            for (std::size_t i = 0; i < p.input->size(); ++i) finish_result(file, prepare(p, i, file, labels, canonicalizer));
+          for (const auto& doubt : p.doubts) log::warn("{}", doubt);
+          unmatched += p.unmatched;
+          ++files;
           history_.add(p.input->history());
           inputs.push_back({file.label, p.input->sha256()});
         });
@@ -141,6 +156,8 @@ class Canonicalize final : public cli::Tool {
     writer.set_history(std::move(history));
     writer.finish();
     if (!report_.empty()) report.finish(report_, context.overwrite());
+    cli::ReadingOptions::report_unused(read_options_, context);
+    if (unmatched > 0) log::warn("--attr-from-path does not match {} of {} files", unmatched, files);
     if (unlabelled > 0) log::warn("{} of {} clips have no row in {}", unlabelled, writer.size(), labels_);
     log::info("{} clips, {} frames, {:.1f} s", writer.size(), frames, seconds);
     return status;
@@ -148,9 +165,8 @@ class Canonicalize final : public cli::Tool {
 
  private:
   // --skip-existing: an archive is one output, so it is done where it was made by this command from these very files.
-  bool done_before(cli::Context& context, const std::vector<HistoryInput>& tables) const {
+  bool done_before(cli::Context& context, std::vector<HistoryInput> now) const {
     if (!context.common().skip_existing || context.common().output == "-") return false;
-    std::vector<HistoryInput> now = tables;
     for (const auto& file : context.inputs()) {
       Digest digest{};
       try {
@@ -171,13 +187,27 @@ class Canonicalize final : public cli::Tool {
     return names;
   }
 
-  Canonicalizer::Result prepare(const formats::MotionInput& input, std::size_t i, const cli::InputFile& file, const std::optional<formats::Labels>& labels,
-                                const Canonicalizer& canonicalizer) const {
+  // What the path says of a clip: by --attr-from-path, otherwise of AMASS files by their folders. False where the expression does not fit.
+  bool attach_path(Clip& clip, const std::string& format, const cli::InputFile& file) const {
+    // Of an archive's clip the file that it came from says more than the archive.
+    if (from_path_) return from_path_->apply(clip.attributes, file.path, format == "archive" && !clip.source.path.empty() ? clip.source.path : file.label);
+    if (format == "npz (SMPL+H)" || format == "npz (SMPL-X)") formats::amass_attributes(clip.attributes, file.path, file.label);
+    return true;
+  }
+
+  Canonicalizer::Result prepare(Prepared& p, std::size_t i, const cli::InputFile& file, const std::optional<formats::Labels>& labels, const Canonicalizer& canonicalizer) const {
     try {
-      Clip clip = input.read(i);
-      if (input.format() != "archive") clip.name = file.stem;  // unique in the whole batch, whatever --shard leaves of it
+      Clip clip = p.input->read(i);
+      const bool archive = p.input->format() == "archive";
+      if (!archive) clip.name = file.stem;  // unique in the whole batch, whatever --shard leaves of it
+      if (!attach_path(clip, p.input->format(), file)) p.unmatched = true;
       if (labels) labels->apply(clip, file.path, file.label);
-      return canonicalizer(clip, !report_.empty());
+      Canonicalizer::Result result = canonicalizer(clip, !report_.empty());
+      if (const auto doubt = result.clips.empty() ? std::nullopt : check_rate(result.clips.front())) {
+        const std::string name = (file.path == "-" ? "<stdin>" : file.path) + (archive ? ":clip " + clip.name : "");
+        p.doubts.push_back(fmt::format("{}: its motion contradicts {:.6g} Hz: {}; --fps-override sets another", name, clip.source.frame_rate_hz, *doubt));
+      }
+      return result;
     } catch (const Error& e) {
       throw e.status() == Exit::data && e.where().file.empty() ? e.in_file(file.path == "-" ? "<stdin>" : file.path) : e;
     }
@@ -234,7 +264,8 @@ class Canonicalize final : public cli::Tool {
   cli::ReadingOptions reading_;
   formats::ReadOptions read_options_;
   CanonicalizeOptions options_;
-  std::string labels_, phases_ = "first", body_ = "canonical", joint_map_, alignment_ = "auto", report_;
+  std::string labels_, phases_ = "first", anti_alias_ = "none", body_ = "canonical", joint_map_, alignment_ = "auto", trim_, attr_from_path_, body_model_, report_;
+  std::optional<formats::PathAttributes> from_path_;
   HistoryUnion history_;
 };
 

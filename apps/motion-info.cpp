@@ -127,7 +127,7 @@ std::string history_text(const History& history) {
 // Standard input as a file that can be opened as often as needed; any other path as it is.
 class Opened {
  public:
-  explicit Opened(const cli::InputFile& file) : name(file.path == "-" ? "<stdin>" : file.path), path(file.path) {
+  explicit Opened(const cli::InputFile& file) : name(file.path == "-" ? "<stdin>" : file.path), path(file.path), label(file.label) {
     if (path != "-") return;
     const std::string bytes = read_file("-");
     spooled_ = path = temporary_file("mocapkit-stdin");
@@ -147,7 +147,7 @@ class Opened {
   // A line of check() with the name that the user knows.
   std::string named(const std::string& line) const { return line.starts_with(path) ? name + line.substr(path.size()) : line; }
 
-  std::string name, path;
+  std::string name, path, label;
 
  private:
   std::string spooled_;
@@ -189,9 +189,10 @@ class MotionInfo final : public cli::Tool {
     app.add_option("--check", check_, "verify instead of describing; without a value quick")->check(cli::one_of({"quick", "full"}))->excludes(history_option_);
     reading_.add(app);
   }
-  bool accepts(const std::string& path) const override { return formats::looks_like_motion(path) || store::probe(path) == "mocap-model"; }
+  bool accepts(const std::string& path) const override { return Tool::accepts(path) || store::probe(path) == "mocap-model"; }
 
   Exit run(cli::Context& context) override {
+    read_options_ = reading_.options();
     if (history_ && context.common().json) refuse_usage("--history and --json exclude each other");
     Json documents = Json::array();
     bool defective = false;
@@ -214,6 +215,7 @@ class MotionInfo final : public cli::Tool {
           if (context.common().json) documents.push_back(std::move(r.json));
           else context.print(r.text);
         });
+    cli::ReadingOptions::report_unused(read_options_, context);
     // One input, one document; a list where several were asked for.
     if (context.common().json && !(context.lone_input() && documents.empty())) {
       const Json& whole = context.lone_input() ? documents[0] : documents;
@@ -327,7 +329,7 @@ class MotionInfo final : public cli::Tool {
   }
 
   Result motion_file(const Opened& file) const {
-    const auto in = formats::open_motion(file.path, file.name, reading_.options());
+    const auto in = formats::open_motion(file.path, file.label, read_options_);
     const Clip clip = in->read(0);
     // Reading a text or npz file checks all of it.
     if (!check_.empty()) return verdict(file, in->format(), {});
@@ -344,6 +346,7 @@ class MotionInfo final : public cli::Tool {
   }
 
   cli::ReadingOptions reading_;
+  formats::ReadOptions read_options_;
   CLI::Option* history_option_ = nullptr;
   bool list_ = false, history_ = false;
   std::string check_;

@@ -1,6 +1,11 @@
 #include "libmocap/cli/reading_options.hpp"
 
+#include <filesystem>
+
+#include "libmocap/base/log.hpp"
 #include "libmocap/cli/validators.hpp"
+#include "libmocap/formats/rate_rules.hpp"
+#include "libmocap/io/body_model.hpp"
 
 namespace mocap::cli {
 
@@ -11,6 +16,7 @@ void ReadingOptions::add(CLI::App& app) {
   app.add_option("--first-frame", first_frame_, "keep or drop a first frame that is a calibration pose; auto drops it where it is one")
       ->check(one_of({"auto", "keep", "drop"}));
   app.add_flag("--lenient", lenient_, "keep the whole frames of a file whose rows or frame count do not fit, with a warning");
+  app.add_option("--fps-override", rates_, "tab-separated table: pattern, rate; the rate of files whose label or path a shell pattern fits")->check(path("FILE.tsv"));
 }
 
 formats::ReadOptions ReadingOptions::options() const {
@@ -24,7 +30,23 @@ formats::ReadOptions ReadingOptions::options() const {
   o.up = up_ == "y" ? UpAxis::y : up_ == "z" ? UpAxis::z : UpAxis::automatic;
   o.first_frame = first_frame_ == "keep" ? FirstFrame::keep : first_frame_ == "drop" ? FirstFrame::drop : FirstFrame::automatic;
   o.lenient = lenient_;
+  if (!rates_.empty()) o.rates = formats::RateRules::read(rates_);
   return o;
+}
+
+std::vector<HistoryInput> ReadingOptions::files(const formats::ReadOptions& options) {
+  std::vector<HistoryInput> out;
+  const auto add = [&](const std::string& path, const std::string& sha256) { out.push_back({std::filesystem::path(path).filename().string(), sha256}); };
+  if (options.rates) add(options.rates->path(), options.rates->sha256());
+  if (options.body_model) add(options.body_model->path(), options.body_model->sha256());
+  return out;
+}
+
+void ReadingOptions::report_unused(const formats::ReadOptions& options, const Context& context) {
+  if (!options.rates) return;
+  const auto level = context.common().shard.empty() ? log::Level::warning : log::Level::debug;
+  for (const auto& rule : options.rates->unused())
+    log::write(level, fmt::format("{}:{}: the pattern '{}' set no file's rate", options.rates->path(), rule.line, rule.pattern));
 }
 
 }  // namespace mocap::cli

@@ -267,7 +267,11 @@ Exit guarded(const std::string& tool, const int& verbose, const std::function<Ex
 
 }  // namespace
 
-bool Tool::accepts(const std::string& path) const { return formats::looks_like_motion(path); }
+bool Tool::accepts(const std::string& path) const {
+  const formats::Probe found = formats::probe_motion(path);
+  if (!found.why_not.empty()) log::info("{}: skipped: {}", path, found.why_not);
+  return found.motion;
+}
 
 void report(const std::string& tool, const Error& error, int verbose) {
   const bool bug = error.status() == Exit::internal;

@@ -125,7 +125,7 @@ class Tool {
   virtual std::vector<std::string> non_content_options() const { return {}; }  // own options kept out of provenance ("--report")
   virtual std::vector<std::string> version_lines() const { return {}; }        // "LibTorch 1.13.1"; HDF5 and BLAS are found by run()
   virtual bool has_cuda() const { return false; }                              // network tools: what --device may ask for
-  virtual bool accepts(const std::string& path) const;  // whether a file found in a folder is an input; formats::looks_like_motion
+  virtual bool accepts(const std::string& path) const;  // whether a file found in a folder is an input; formats::probe_motion, and an info line where it gives a reason
   virtual bool check_output_first() const { return true; }  // false: run() leaves an existing -o file to the tool (--resume)
   virtual Exit run(Context& context) = 0;
 };

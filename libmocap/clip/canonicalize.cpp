@@ -6,7 +6,6 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/clip/mirror.hpp"
-#include "libmocap/clip/resample.hpp"
 #include "libmocap/clip/world_frame.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
 
@@ -36,7 +35,9 @@ std::shared_ptr<const Retargeter> Canonicalizer::retargeter_for(const Clip& clip
   return made;
 }
 
-Canonicalizer::Result Canonicalizer::operator()(const Clip& clip, bool report) const {
+Canonicalizer::Result Canonicalizer::operator()(const Clip& whole, bool report) const {
+  const Clip trimmed = options_.trim.any() ? trim(whole, options_.trim) : Clip{};
+  const Clip& clip = options_.trim.any() ? trimmed : whole;
   if (clip.seconds() < options_.min_seconds)
     refuse({{}, 0, "clip " + clip.name}, fmt::format("{:.3g} s of motion, expected at least {:.3g} s", clip.seconds(), options_.min_seconds));
   require_right_handed(clip);
@@ -47,7 +48,7 @@ Canonicalizer::Result Canonicalizer::operator()(const Clip& clip, bool report) c
   const Clip& input = options_.body ? rotations_only : clip;
   const int phases = options_.all_phases ? phase_count(clip.frame_rate_hz, options_.rate_hz) : 1;
   for (int phase = 0; phase < phases && static_cast<std::size_t>(phase) < clip.frames(); ++phase) {
-    Clip c = resample(input, options_.rate_hz, phase);
+    Clip c = resample(input, options_.rate_hz, phase, options_.anti_alias);
     Clip source;
     if (canonical) {
       c.skeleton = canonical_body();

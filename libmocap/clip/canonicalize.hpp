@@ -8,8 +8,10 @@
 
 #include "libmocap/clip/clip.hpp"
 #include "libmocap/clip/ground.hpp"
+#include "libmocap/clip/resample.hpp"
 #include "libmocap/clip/retarget.hpp"
 #include "libmocap/clip/source_body.hpp"
+#include "libmocap/clip/trim.hpp"
 
 namespace mocap {
 
@@ -23,14 +25,16 @@ struct CanonicalizeOptions {
   bool mirror = false;         // a mirrored copy after each clip
   bool all_phases = false;     // every decimation offset of a higher source rate, each a clip of its own
   std::string contacts = "default";
-  double min_seconds = 0;
+  double min_seconds = 0;  // after trimming
+  Trim trim;               // cut off before anything else
+  AntiAlias anti_alias = AntiAlias::none;
 };
 
 // Resampled, retargeted, on the ground (sole at z = 0), first frame above the origin facing +X, contacts labelled.
 // `clip` in metres, Z up, as formats::open_motion returns it; a clip already on the canonical body is not retargeted.
 // Returns one clip, or one per phase with "@1", "@2", ... appended to the names of all but the first, each followed by its mirrored
 // copy, "@m" appended, where that is asked for. Error(data) where the skeleton cannot be mapped, where its left and right are
-// exchanged (world_frame.hpp), or where the clip is shorter than min_seconds.
+// exchanged (world_frame.hpp), where trimming leaves nothing or the clip is shorter than min_seconds.
 // One object serves many clips and threads; retargeting is prepared once per skeleton that stands at rest.
 class Canonicalizer {
  public:

@@ -7,6 +7,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/output_file.hpp"
+#include "libmocap/formats/rate_rules.hpp"
 #include "libmocap/io/bvh.hpp"
 #include "libmocap/io/npz.hpp"
 #include "libmocap/skeleton/joint_map.hpp"
@@ -105,7 +106,7 @@ std::unique_ptr<MotionInput> open_bvh(const std::string& bytes, const std::strin
 }
 
 std::unique_ptr<MotionInput> open_npz(const std::string& bytes, const std::string& label, const std::string& digest, const ReadOptions& options) {
-  io::NpzMotion motion = io::parse_motion_npz(bytes);
+  io::NpzMotion motion = io::parse_motion_npz(bytes, options.body_model.get());
   if (motion.release == "source") assign_roles(motion.clip, options);
   fill_source(motion.clip, label, digest);
   if (options.first_frame == FirstFrame::drop && motion.clip.frames() > 1) motion.clip = cut(motion.clip, 1, motion.clip.frames() - 1);
@@ -137,9 +138,7 @@ std::string head_of(const std::string& path) {
   return head;
 }
 
-}  // namespace
-
-std::unique_ptr<MotionInput> open_motion(const std::string& path, const std::string& label, const ReadOptions& options) {
+std::unique_ptr<MotionInput> open_as_stated(const std::string& path, const std::string& label, const ReadOptions& options) {
   const std::string name = path == "-" ? "<stdin>" : path;
   try {
     if (path != "-" && is_hdf5(head_of(path))) return std::make_unique<ArchiveClips>(path);
@@ -155,9 +154,21 @@ std::unique_ptr<MotionInput> open_motion(const std::string& path, const std::str
   }
 }
 
-bool looks_like_motion(const std::string& path) {
+}  // namespace
+
+std::unique_ptr<MotionInput> open_motion(const std::string& path, const std::string& label, const ReadOptions& options) {
+  const auto rate = options.rates ? options.rates->rate_for(path, label) : std::nullopt;
+  auto input = open_as_stated(path, label, options);
+  return rate ? with_rate(std::move(input), *rate) : std::move(input);
+}
+
+Probe probe_motion(const std::string& path) {
   const std::string head = head_of(path);
-  return is_bvh(head) || is_zip(head) || (is_hdf5(head) && store::probe(path) == "mocap-motion");
+  if (is_zip(head)) {
+    const std::string why_not = io::why_no_motion(path);
+    return {why_not.empty(), why_not};
+  }
+  return {is_bvh(head) || (is_hdf5(head) && store::probe(path) == "mocap-motion"), {}};
 }
 
 }  // namespace mocap::formats

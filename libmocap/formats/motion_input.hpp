@@ -9,7 +9,13 @@
 #include "libmocap/clip/clip.hpp"
 #include "libmocap/clip/world_frame.hpp"
 
+namespace mocap::io {
+class BodyModel;
+}
+
 namespace mocap::formats {
+
+class RateRules;
 
 struct ReadOptions {
   Unit unit = Unit::automatic;
@@ -17,6 +23,8 @@ struct ReadOptions {
   FirstFrame first_frame = FirstFrame::automatic;
   bool lenient = false;
   std::map<std::string, std::string> joints;  // canonical name -> joint, by hand (joint_map_file.hpp)
+  std::shared_ptr<const RateRules> rates;           // rate_rules.hpp: files whose rate is not what they say
+  std::shared_ptr<const io::BodyModel> body_model;  // io/body_model.hpp: rest joints of AMASS files
 };
 
 // One opened file: one clip (BVH, npz) or many (archive). Clips come out in metres, Z up, local rotations unit and
@@ -40,7 +48,12 @@ class MotionInput {
 // Opens `path` ("-": standard input); `label` is what provenance calls it. Error(data) with the file named.
 std::unique_ptr<MotionInput> open_motion(const std::string& path, const std::string& label, const ReadOptions& options = {});
 
-// Whether a file's first bytes look like something open_motion reads: how folders are searched.
-bool looks_like_motion(const std::string& path);
+// Whether a file looks like something open_motion reads, by its first bytes and, of a zip, its directory: how folders are
+// searched. An npz file without motion (AMASS's shape.npz, *_stagei.npz) is none, and `why_not` says why; else that is empty.
+struct Probe {
+  bool motion = false;
+  std::string why_not;
+};
+Probe probe_motion(const std::string& path);
 
 }  // namespace mocap::formats

@@ -243,6 +243,18 @@ Npz parse_npz(std::string_view bytes, const std::set<std::string, std::less<>>& 
   return read_archive(bytes, &wanted);
 }
 
+std::optional<std::set<std::string, std::less<>>> npz_members(const std::string& path) {
+  const Archive archive(zip_open(path.c_str(), ZIP_RDONLY, nullptr));
+  if (!archive) return std::nullopt;
+  std::set<std::string, std::less<>> names;
+  const auto entries = static_cast<zip_uint64_t>(std::max<zip_int64_t>(0, zip_get_num_entries(archive.get(), 0)));
+  for (zip_uint64_t i = 0; i < entries; ++i) {
+    const char* name = zip_get_name(archive.get(), i, 0);
+    if (const std::string_view n = name ? name : ""; n.ends_with(".npy")) names.emplace(n.substr(0, n.size() - 4));
+  }
+  return names;
+}
+
 std::string format_npz(const Npz& arrays) {
   std::vector<std::string> members;  // outlive the archive: libzip reads them when it closes
   members.reserve(arrays.size());

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 
 #include "libmocap/base/history.hpp"
 #include "libmocap/clip/clip.hpp"
+#include "libmocap/io/body_model.hpp"
 
 namespace mocap::io {
 
@@ -28,6 +30,8 @@ using Npz = std::map<std::string, NpyArray>;
 Npz parse_npz(std::string_view bytes);
 // Only the members wanted (as far as they are there): others may be of any kind, pickled ones included.
 Npz parse_npz(std::string_view bytes, const std::set<std::string, std::less<>>& wanted);
+// Names of the arrays in a file, from the zip's directory alone; nullopt where it is no zip or a damaged one.
+std::optional<std::set<std::string, std::less<>>> npz_members(const std::string& path);
 // float64, int32 (int64 where a value does not fit) and unicode members; stored, members in name order, fixed time
 // stamps: equal content gives equal bytes; numpy.load(allow_pickle=False) reads it.
 std::string format_npz(const Npz& arrays);
@@ -46,16 +50,22 @@ Npz to_source_layout(const Clip& clip, const History& history);
 Npz to_amass_layout(const Clip& clip, const History& history);
 
 struct NpzMotion {
-  Clip clip;  // metres, Z up; AMASS files: on the canonical body, `gender` as attribute
+  Clip clip;  // metres, Z up; AMASS files: on the canonical body or the model's, `gender` as attribute
   History history;
   std::string release;  // "source", "SMPL+H" or "SMPL-X"
 };
 
 // Either layout, by content; members not needed are not looked at. AMASS: both rate keys, 0-d and 1-d arrays, bytes and
-// unicode genders, float32 and float64, poses of 156 or 165 columns (hands, jaw and eyes are left out); rates within
+// unicode genders, float32 and float64, poses of 156 or 165 columns (hands, jaw and eyes are left out), or in their place
+// root_orient [N,3] and pose_body [N,63] as they stand in SMPL-X files; rates within
 // 1e-6 (relative) of N or N*1000/1001 are snapped. Gender "neutral" stays unlabelled: files write it for unknown.
 // Error(data) for npz files without motion says what is missing ("no poses: a shape file").
-NpzMotion parse_motion_npz(std::string_view bytes);
+// With a body model, clips of AMASS files have its bones for their betas, under the canonical names (22 joints), and the
+// pelvis is trans + the model's own J0; without, or with a model and no betas in the file, betas are 0.
+NpzMotion parse_motion_npz(std::string_view bytes, const BodyModel* model = nullptr);
+
+// Why a file holds no motion ("no poses: a shape file"), from its directory alone; "" where it has one or cannot be told.
+std::string why_no_motion(const std::string& path);
 
 // Rest position of the pelvis of SMPL's neutral body with zero betas; AMASS `trans` is relative to it. Metres, in
 // SMPL's own frame (x left, y up, z forward) as used by AMASS's Z-up world.

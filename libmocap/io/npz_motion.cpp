@@ -36,13 +36,20 @@ Npz common_members(const Clip& clip, const History& history) {
   return out;
 }
 
+// What a file of these members lacks to be a motion, "" for nothing.
+std::string missing(const std::function<bool(const char*)>& has) {
+  if (!has("poses") && !(has("root_orient") && has("pose_body")))
+    return has("betas") ? "no poses: a shape file" : "no poses";
+  return has("trans") ? "" : "no trans: poses without a root position";
+}
+
 // Members of a file read, with what went wrong said by member.
 class Members {
  public:
   explicit Members(std::string_view bytes)
       : npz_(parse_npz(bytes, {"poses", "trans", "mocap_framerate", "mocap_frame_rate", "gender", "betas",
                                "joint_names", "parents", "rest_offsets", "end_sites", "end_parents", "translations",
-                               "history", "surface_model_type"})) {}
+                               "history", "surface_model_type", "root_orient", "pose_body"})) {}
 
   bool has(const std::string& name) const { return npz_.contains(name); }
 
@@ -104,11 +111,17 @@ class Members {
     }
     refuse({}, "no mocap_framerate or mocap_frame_rate: not a motion file");
   }
-  // Rows and columns of `poses`.
+  // Rows and columns of `poses`; of root_orient and pose_body side by side where they stand for it.
   std::pair<std::size_t, std::size_t> pose_shape() const {
-    if (!has("poses"))
-      refuse({}, has("betas") ? "no poses: a shape file, expected a motion" : "no poses, expected a motion");
-    if (!has("trans")) refuse({}, "no trans: poses without a root position, expected a motion");
+    if (const std::string why = missing([&](const char* name) { return has(name); }); !why.empty())
+      refuse({}, why + ", expected a motion");
+    if (!has("poses")) {
+      const auto& root = at("root_orient").shape;
+      if (root.size() != 2 || root[1] != 3)
+        refuse({{}, 0, "root_orient"}, "shape " + shape_text(root) + ", expected (frames, 3)");
+      if (root[0] == 0) refuse({{}, 0, "root_orient"}, "0 frames, expected at least one");
+      return {root[0], kBodyColumns};
+    }
     const auto& shape = at("poses").shape;
     if (shape.size() != 2) refuse({{}, 0, "poses"}, "shape " + shape_text(shape) + ", expected (frames, 3 x joints)");
     if (shape[0] == 0) refuse({{}, 0, "poses"}, "0 frames, expected at least one");
@@ -182,18 +195,50 @@ Clip read_source(const Members& in, std::size_t frames, std::size_t columns) {
 // SMPL axes to canonical ones, (x,y,z) -> (z,x,y): a third of a turn about (1,1,1).
 const Quaternion kSmplAxes(0.5, 0.5, 0.5, 0.5);
 
-Clip read_amass(const Members& in, std::size_t frames, std::size_t columns) {
+// [N, columns]: `poses`, or root_orient and pose_body side by side.
+Doubles amass_poses(const Members& in, std::size_t frames, std::size_t columns) {
+  if (in.has("poses")) return in.numbers("poses", {frames, columns});
+  const Doubles root = in.numbers("root_orient", {frames, 3}), body = in.numbers("pose_body", {frames, kBodyColumns - 3});
+  Doubles out;
+  out.reserve(frames * kBodyColumns);
+  for (std::size_t t = 0; t < frames; ++t) {
+    const auto row = [&](const Doubles& d, std::size_t width) {
+      const auto begin = d.begin() + static_cast<std::ptrdiff_t>(t * width);
+      out.insert(out.end(), begin, begin + static_cast<std::ptrdiff_t>(width));
+    };
+    row(root, 3);
+    row(body, kBodyColumns - 3);
+  }
+  return out;
+}
+
+// One shape for the clip: (B,), (1,B), or of (N,B) the first row.
+Doubles betas_of(const Members& in) {
+  if (!in.has("betas")) return {};
+  const auto& shape = in.at("betas").shape;
+  Doubles betas = in.numbers("betas", shape);
+  if (shape.size() > 1 && betas.size() > shape.back()) betas.resize(shape.back());
+  return betas;
+}
+
+Clip read_amass(const Members& in, std::size_t frames, std::size_t columns, const BodyModel* model) {
   Clip clip;
   clip.skeleton = canonical_body();
+  Vector3 rest_pelvis = kSmplPelvis;
+  if (model) {
+    const auto rest = model->joints(betas_of(in));
+    clip.skeleton = skeleton_of(rest);
+    rest_pelvis = rest[0];
+  }
   const std::size_t joints = kBodyColumns / 3;
-  clip.rotations = rotations_of(in.numbers("poses", {frames, columns}), frames, columns, joints);
+  clip.rotations = rotations_of(amass_poses(in, frames, columns), frames, columns, joints);
   for (std::size_t t = 0; t < frames; ++t) {
     Quaternion* const q = clip.rotations.data() + t * joints;
     q[0] = q[0] * kSmplAxes.conjugate();
     for (std::size_t j = 1; j < joints; ++j) q[j] = Quaternion(q[j].w(), q[j].z(), q[j].x(), q[j].y());
   }
   clip.root_position = in.vectors("trans", {frames, 3});
-  for (Vector3& p : clip.root_position) p += kSmplPelvis;
+  for (Vector3& p : clip.root_position) p += rest_pelvis;
   const double rate = in.rate();
   clip.frame_rate_hz = snap_frame_rate(1 / rate, 1e-6 / rate);
   return clip;
@@ -261,16 +306,25 @@ Npz to_amass_layout(const Clip& clip, const History& history) {
   return out;
 }
 
-NpzMotion parse_motion_npz(std::string_view bytes) {
+std::string why_no_motion(const std::string& path) {
+  const auto members = npz_members(path);
+  if (!members) return {};  // damaged or packed: whoever reads it will say
+  if (members->empty()) return "a zip file without arrays";
+  return missing([&](const char* name) { return members->contains(name); });
+}
+
+NpzMotion parse_motion_npz(std::string_view bytes, const BodyModel* model) {
   const Members in(bytes);
   const auto [frames, columns] = in.pose_shape();
   NpzMotion out;
   if (in.has("joint_names")) {
     out.clip = read_source(in, frames, columns);
     out.release = "source";
-  } else if (columns == kSmplhColumns || columns == kSmplxColumns) {
-    out.clip = read_amass(in, frames, columns);
-    out.release = columns == kSmplxColumns ? "SMPL-X" : "SMPL+H";
+  } else if (!in.has("poses") || columns == kSmplhColumns || columns == kSmplxColumns) {
+    out.clip = read_amass(in, frames, columns, model);
+    const bool smplx = in.has("poses") ? columns == kSmplxColumns
+                                       : !in.has("surface_model_type") || in.text("surface_model_type") == "smplx";
+    out.release = smplx ? "SMPL-X" : "SMPL+H";
   } else {
     refuse({{}, 0, "poses"},
            std::to_string(columns) + " columns and no joint_names, expected 156 (SMPL+H) or 165 (SMPL-X)");

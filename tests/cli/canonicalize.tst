@@ -119,3 +119,70 @@
 0 141 { sleep 0.3; TMPDIR=$PWD/tmp canonicalize -q good.bvh -o -; echo $? > died; } 2> noise | true; test ! -s noise && cat died
 0 . test -z "$(ls tmp)"
 1 . test -n "$(find . -name '*.part-*')"
+
+# rates: a table of patterns; what it sets, what it is refused for
+# setup: printf 'pattern\trate\n# the tiny ones\n*sub/b*\t60\n\nwhole/a.bvh\t60000/1001\n' > rates.tsv; printf 'pattern\trate\n*\t1001/30000\nb*\t5\n' > all.tsv
+0 true canonicalize -q whole --fps-override rates.tsv -o ra.h5 && ./q 'list(a[0].f["clips/source_frame_rate_hz"][()]) == [60000 / 1001, 60] and list(a[0].length) == [15, 15] and a[0].history[-1]["inputs"][0]["path"] == "rates.tsv" and "--fps-override=rates.tsv" in a[0].argv' ra.h5
+0 ~a\.bvh:.60.Hz.by.--fps-override,.the.file.says.30.Hz printf 'pattern\trate\ng*\t60\n[!g]*\t60\n' > sixty.tsv; canonicalize -v in/a.bvh --fps-override sixty.tsv -o sixty.h5
+0 ~all\.tsv:3:.the.pattern.'b\*'.set.no.file.s.rate canonicalize whole --fps-override all.tsv -o al.h5
+1 . canonicalize whole --fps-override rates.tsv -f -o ra.h5 2>&1 | grep pattern
+1 . canonicalize whole --shard 1/2 --fps-override rates.tsv -o rs.h5 2>&1 | grep pattern
+0 ~rates\.tsv:3:.the.pattern canonicalize -v whole --shard 1/2 --fps-override rates.tsv -f -o rs.h5
+0 . touch -d 2000-01-01 ra.h5 && canonicalize -q whole --fps-override rates.tsv --skip-existing -o ra.h5 && test -z "$(find ra.h5 -newermt 2001-01-01)"
+0 . printf '#\n' >> rates.tsv && canonicalize -q whole --fps-override rates.tsv --skip-existing -o ra.h5 && test -n "$(find ra.h5 -newermt 2001-01-01)"
+0 true canonicalize -q good.h5 --fps-override sixty.tsv -o rea.h5 && ./q 'a[0].f["clips/source_frame_rate_hz"][0] == 60 and a[0].length == [15]' rea.h5
+3 ~^canonicalize:.norates\.tsv: canonicalize good.bvh --fps-override norates.tsv -o x.h5
+3 ~^canonicalize:.r1\.tsv:1:.a.header printf '*\t30\n' > r1.tsv; canonicalize good.bvh --fps-override r1.tsv -o x.h5
+3 ~^canonicalize:.r2\.tsv:2:rate:.'fast' printf 'pattern\trate\n*\tfast\n' > r2.tsv; canonicalize good.bvh --fps-override r2.tsv -o x.h5
+3 ~^canonicalize:.r3\.tsv:2:.1.columns printf 'pattern\trate\n*.bvh 30\n' > r3.tsv; canonicalize good.bvh --fps-override r3.tsv -o x.h5
+
+# a rate that the motion contradicts is doubted, a right one is not
+# setup: mkdir walks; cp corpus/walking_f001_1.bvh corpus/jogging_f001_1.bvh corpus/jumping_f001_1.bvh walks; printf 'pattern\trate\n*\t480\n' > fast.tsv; printf 'pattern\trate\n*\t30\n' > slow.tsv
+1 . canonicalize corpus -f -o c.h5 2>&1 | grep contradicts
+0 ~walks/walking_f001_1\.bvh:.its.motion.contradicts.480.Hz:.*;.--fps-override.sets.another canonicalize walks --fps-override fast.tsv -o fast.h5
+0 ~walks/jogging_f001_1\.bvh:.its.motion.contradicts.480.Hz canonicalize walks --fps-override fast.tsv -f -o fast.h5
+0 ~walks/walking_f001_1\.bvh:.its.motion.contradicts.30.Hz:.steps.at.0 canonicalize walks --fps-override slow.tsv -o slow.h5
+0 ~walks/jumping_f001_1\.bvh:.its.motion.contradicts.30.Hz:.it.falls.at.*about.1[12][0-9]*.Hz canonicalize walks --fps-override slow.tsv -f -o slow.h5
+0 ~slow\.h5:clip.walking_f001_1:.its.motion.contradicts.30.Hz canonicalize slow.h5 -o doubted.h5
+
+# attributes from the path; labels.tsv goes first
+# setup: mkdir -p path/s01 path/s02; cp good.bvh path/s01/walk_1.bvh; cp good.bvh path/s02/JOG.bvh; printf 'file\taction\npath/s01/walk_1.bvh\tstrolling\n' > strolling.tsv
+0 true canonicalize -q path --attr-from-path '(?<subject>[^/]+)/(?<action>[a-z]+)?' -o pa.h5 && ./q 'a[0].col("clips/attributes/subject") == ["s01", "s02"] and a[0].col("clips/attributes/action") == ["walk", ""]' pa.h5
+0 ~--attr-from-path.does.not.match.1.of.2.files canonicalize path --attr-from-path '(?<subject>[^/]+)/(?<action>[a-z]+)_' -o pb.h5
+1 . canonicalize path --attr-from-path '(?<subject>[^/]+)/' -o pc.h5 2>&1 | grep match
+0 true canonicalize -q path --labels strolling.tsv --attr-from-path '(?<subject>[^/]+)/(?<action>[a-z]+)_' -o pd.h5 && ./q 'a[0].col("clips/attributes/action") == ["strolling", ""]' pd.h5
+0 true canonicalize -q path/s01/walk_1.bvh --attr-from-path '(?<subject>[^/]+)/[^/]+$' -o pe.h5 && ./q 'a[0].col("clips/attributes/subject") == ["s01"]' pe.h5
+0 true canonicalize -q pc.h5 --attr-from-path '/(?<take>.*)\.bvh' -o pf.h5 && ./q 'a[0].col("clips/attributes/take") == ["walk_1", "JOG"] and a[0].col("clips/attributes/subject") == ["s01", "s02"]' pf.h5
+2 ~--attr-from-path:.*missing.closing.parenthesis canonicalize path --attr-from-path '(?<subject>[a-z]+' -o x.h5
+2 ~--attr-from-path:.*has.no.named.group canonicalize path --attr-from-path '([a-z]+)' -o x.h5
+
+# AMASS: folders as attributes, files without motion passed over, a user's body model
+# setup: mkdir -p amass/ACCAD/Female1_c3d amass/KIT/3; cp $DATA/npz/amass_smplh.npz amass/ACCAD/Female1_c3d/A1_poses.npz; cp $DATA/npz/amass_stageii.npz amass/KIT/3/walk_stageii.npz; cp $DATA/npz/amass_parts.npz amass/KIT/3/turn_stageii.npz
+# setup: cp $DATA/npz/shape.npz amass/ACCAD/Female1_c3d; cp $DATA/npz/stagei.npz amass/KIT/3/a_stagei.npz; cp $DATA/npz/no_trans.npz amass/KIT/3; /usr/bin/python3 -c 'import zipfile; zipfile.ZipFile("amass/readme.zip", "w").writestr("a.txt", "hello")'
+# setup: cp $DATA/npz/amass_shaped.npz shaped_poses.npz; cp $DATA/npz/body_model.npz $DATA/npz/body_model_sparse.npz .
+0 true canonicalize -q amass --rejects amass.tsv -o am.h5 && ./q 'a[0].col("clips/attributes/dataset") == ["ACCAD", "KIT", "KIT"] and a[0].col("clips/attributes/subject") == ["Female1_c3d", "3", "3"] and a[0].col("clips/attributes/gender") == ["female", "female", "male"] and list(a[0].f["clips/source_frame_rate_hz"][()]) == [120, 120, 60]' am.h5
+0 . test "$(wc -l < amass.tsv)" = 1
+0 ~Female1_c3d/shape\.npz:.skipped:.no.poses:.a.shape.file canonicalize amass -f -o am.h5
+0 ~KIT/3/a_stagei\.npz:.skipped:.no.poses:.a.shape.file canonicalize amass -f -o am.h5
+0 ~KIT/3/no_trans\.npz:.skipped:.no.trans canonicalize amass -f -o am.h5
+0 ~readme\.zip:.skipped:.a.zip.file.without.arrays canonicalize amass -f -o am.h5
+3 ~no.poses:.a.shape.file,.expected.a.motion canonicalize amass/ACCAD/Female1_c3d/shape.npz -o x.h5
+1 ~no.poses:.a.shape.file,.expected.a.motion printf 'good.bvh\namass/ACCAD/Female1_c3d/shape.npz\n' > named.txt; canonicalize @named.txt -o named.h5
+0 true canonicalize -q amass/ACCAD -o ac.h5 && ./q 'a[0].col("clips/attributes/dataset") == ["ACCAD"] and a[0].col("clips/attributes/subject") == ["Female1_c3d"]' ac.h5
+0 true canonicalize -q amass --attr-from-path '^(?<collection>[A-Z]+)' -o ap.h5 && ./q 'a[0].col("clips/attributes/collection") == ["ACCAD", "KIT", "KIT"] and "clips/attributes/subject" not in a[0].f' ap.h5
+0 true canonicalize -q shaped_poses.npz --body-model body_model.npz -o bm.h5 && canonicalize -q shaped_poses.npz -o nb.h5 && ./q 'a[0].history[-1]["inputs"][0]["path"] == "body_model.npz" and "--body-model=body_model.npz" in a[0].argv and a[0].q.shape == a[1].q.shape and not np.allclose(a[0].q, a[1].q, atol=1e-4)' bm.h5 nb.h5
+3 ~^canonicalize:.body_model_sparse\.npz:J_regressor: canonicalize shaped_poses.npz --body-model body_model_sparse.npz -o x.h5
+3 ~^canonicalize:.absent\.npz canonicalize shaped_poses.npz --body-model absent.npz -o x.h5
+3 ~no.J_regressor canonicalize shaped_poses.npz --body-model shaped_poses.npz -o x.h5
+
+# ends cut off; a low-pass before going down in rate
+0 true canonicalize -q good.bvh --trim 0.2,0.1 -o t.h5 && ./q 'a[0].length == [21] and np.isclose(a[0].f["clips/source_start"][0], 0.2) and np.isclose(a[0].f["clips/source_end"][0], 26 / 30)' t.h5
+0 true canonicalize -q good.bvh --trim 10% -o t2.h5 && ./q 'a[0].length == [24] and np.isclose(a[0].f["clips/source_start"][0], 0.1)' t2.h5
+3 ~good\.bvh:clip.good:.*expected.more.than.the.2.s.to.be.trimmed canonicalize good.bvh --trim 1 -o x.h5
+3 ~expected.at.least.0.9.s canonicalize good.bvh --trim 0.1 --min-seconds 0.9 -o x.h5
+2 ~--trim:.'50%' canonicalize good.bvh --trim 50% -o x.h5
+2 ~--trim:.'1s' canonicalize good.bvh --trim 1s -o x.h5
+0 true canonicalize -q walks --anti-alias sinc -o aa.h5 && canonicalize -q walks --anti-alias none -o an.h5 && ./q 'a[0].argv != a[1].argv and list(a[0].length) == list(a[1].length) and not np.array_equal(a[0].q, a[1].q) and np.abs(a[0].p - a[1].p).max() < 0.1' aa.h5 an.h5
+0 . canonicalize -q walks -o ad.h5 && cmp an.h5 ad.h5
+2 ~expected.one.of.none,.sinc canonicalize good.bvh --anti-alias some -o x.h5
+1 . test -e x.h5

@@ -116,3 +116,11 @@
 0 . motion-info --lenient $DATA/bvh/bad_more_rows.bvh
 0 ~30.frames motion-info --first-frame keep good.bvh
 0 ~29.frames motion-info --first-frame drop good.bvh
+
+# rates by a table; npz files without motion
+0 ~^good\.bvh:.bvh,.30.frames,.*at.60.Hz$ printf 'pattern\trate\ngood.bvh\t60\n' > rates.tsv; motion-info --fps-override rates.tsv good.bvh
+0 ~note........60.Hz.by.--fps-override,.the.file.says.30.Hz motion-info --fps-override rates.tsv good.bvh
+0 ~rates\.tsv:2:.the.pattern motion-info --fps-override rates.tsv good.npz
+3 ~rates\.tsv:1:.a.header printf '*\t60\n' > rates.tsv; motion-info --fps-override rates.tsv good.bvh
+0 ~shapes/shape\.npz:.skipped:.no.poses mkdir shapes && cp $DATA/npz/shape.npz good.npz shapes && motion-info shapes
+3 ~no.poses:.a.shape.file motion-info shapes/shape.npz

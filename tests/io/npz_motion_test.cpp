@@ -164,6 +164,43 @@ TEST(Amass, ReadsTheOtherReleases) {
     EXPECT_LT(geodesic_distance(wide.clip.rotations[i], reference.clip.rotations[i]), 1e-12);
 }
 
+TEST(Amass, ReadsStageiiFilesWholeOrInParts) {
+  const NpzMotion reference = parse_motion_npz(data("npz/amass_smplh.npz"));
+  const auto expect_like = [&](const char* file, double radians, double metres) {
+    const NpzMotion m = parse_motion_npz(data(file));
+    EXPECT_EQ(m.clip.rotations.size(), reference.clip.rotations.size()) << file;
+    for (std::size_t i = 0; i < reference.clip.rotations.size(); ++i)
+      EXPECT_LT(geodesic_distance(m.clip.rotations[i], reference.clip.rotations[i]), radians) << file;
+    for (std::size_t t = 0; t < reference.clip.frames(); ++t)
+      EXPECT_LT((m.clip.root_position[t] - reference.clip.root_position[t]).norm(), metres) << file;
+    return m;
+  };
+  const NpzMotion whole = expect_like("npz/amass_stageii.npz", 1e-12, 1e-15);  // every key of a release file
+  EXPECT_EQ(whole.release, "SMPL-X");
+  EXPECT_EQ(whole.clip.frame_rate_hz, 60);
+  EXPECT_EQ(whole.clip.attributes, (Attributes{{"gender", "male"}}));
+  const NpzMotion parts = expect_like("npz/amass_parts.npz", 1e-12, 1e-15);  // no poses, 0-d bytes
+  EXPECT_EQ(parts.release, "SMPL-X");
+  EXPECT_EQ(parts.clip.frame_rate_hz, 120);
+  EXPECT_EQ(parts.clip.attributes, (Attributes{{"gender", "female"}}));
+  const NpzMotion smplh = expect_like("npz/amass_parts_smplh.npz", 1e-6, 1e-6);  // deflated, float32 throughout, no gender
+  EXPECT_EQ(smplh.release, "SMPL+H");
+  EXPECT_EQ(smplh.clip.frame_rate_hz, 100);
+  EXPECT_TRUE(smplh.clip.attributes.empty());
+}
+
+TEST(MotionNpz, WhyThereIsNoMotion) {
+  const auto why = [](const std::string& file) { return why_no_motion(std::string(TEST_DATA) + "/" + file); };
+  EXPECT_EQ(why("npz/shape.npz"), "no poses: a shape file");
+  EXPECT_EQ(why("npz/stagei.npz"), "no poses: a shape file");
+  EXPECT_EQ(why("npz/body_model.npz"), "no poses");
+  EXPECT_EQ(why("npz/no_trans.npz"), "no trans: poses without a root position");
+  for (const char* motion : {"amass_smplh", "amass_smplx", "amass_stageii", "amass_parts", "no_rate", "smpl24", "nan"})
+    EXPECT_EQ(why("npz/" + std::string(motion) + ".npz"), "") << motion;
+  EXPECT_EQ(why("bvh/plain.bvh"), "");  // no zip: others say
+  EXPECT_EQ(why("npz/absent.npz"), "");
+}
+
 TEST(MotionNpz, RefusedWithTheReason) {
   const auto message = [](const char* file) {
     const Error e = error_of([&] { parse_motion_npz(data(std::string("npz/") + file + ".npz")); });
@@ -177,6 +214,9 @@ TEST(MotionNpz, RefusedWithTheReason) {
   EXPECT_EQ(message("smpl24"), "poses: 72 columns and no joint_names, expected 156 (SMPL+H) or 165 (SMPL-X)");
   EXPECT_EQ(message("trans_short"), "trans: shape (3, 3), expected (4, 3)");
   EXPECT_EQ(message("no_frames"), "poses: 0 frames, expected at least one");
+  EXPECT_EQ(message("stagei"), ": no poses: a shape file, expected a motion");
+  EXPECT_EQ(message("parts_short"), "pose_body: shape (3, 63), expected (4, 63)");
+  EXPECT_EQ(message("parts_wide"), "root_orient: shape (4, 4), expected (frames, 3)");
   EXPECT_EQ(message("nan"), "poses: a value that is not finite in row 2, expected finite numbers");
 }
 

@@ -41,6 +41,19 @@ wide[:, :66] = poses[:, :66]
 np.savez(out / "amass_smplx.npz", poses=wide, trans=trans, gender=np.array(["neutral"]), mocap_frame_rate=np.float32(30),
          surface_model_type="smplx", markers_latent_vids=np.array({"LFHD": 1}, dtype=object), num_betas=np.int64(16), **common)
 
+# A stageii file with its parts and nothing else: the whole of poses is missing, as in copies that saved space.
+np.savez(out / "amass_parts.npz", root_orient=poses[:, :3], pose_body=poses[:, 3:66], trans=trans, gender=np.array(b"female"), surface_model_type=np.array("smplx"),
+         mocap_frame_rate=120.0, mocap_time_length=np.float64(N / 120), **common)
+np.savez_compressed(out / "amass_parts_smplh.npz", root_orient=poses[:, :3].astype(np.float32), pose_body=poses[:, 3:66].astype(np.float32), trans=trans.astype(np.float32),
+                    surface_model_type="smplh", mocap_framerate=np.float32(100))
+# The full key list of a stageii file, its shape as one row.
+np.savez(out / "amass_stageii.npz", poses=wide, root_orient=poses[:, :3], pose_body=poses[:, 3:66], pose_hand=np.zeros((N, 90)), pose_jaw=np.zeros((N, 3)), pose_eye=np.zeros((N, 6)),
+         trans=trans, betas=common["betas"][None], num_betas=np.int64(16), gender=np.array("male"), surface_model_type=np.array("smplx"), mocap_frame_rate=np.float64(59.9999885559082),
+         mocap_time_length=np.float64(N / 60), markers_latent=np.zeros((2, 3)), latent_labels=np.array(["LFHD", "RTOE"]), markers_latent_vids=np.array({"LFHD": 1}, dtype=object))
+np.savez(out / "stagei.npz", gender="male", betas=np.zeros(16), markers_latent=np.zeros((2, 3)), latent_labels=np.array(["LFHD", "RTOE"]))
+np.savez(out / "parts_short.npz", root_orient=poses[:, :3], pose_body=poses[:-1, 3:66], trans=trans, mocap_frame_rate=120.0)
+np.savez(out / "parts_wide.npz", root_orient=poses[:, :4], pose_body=poses[:, 3:66], trans=trans, mocap_frame_rate=120.0)
+
 np.savez(out / "shape.npz", gender="male", betas=np.zeros(16))
 np.savez(out / "no_trans.npz", poses=poses, mocap_framerate=120.0)
 np.savez(out / "no_rate.npz", poses=poses, trans=trans)
