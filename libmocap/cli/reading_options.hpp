@@ -1,4 +1,4 @@
-// The options of every tool that reads mocap files: --unit, --up, --first-frame, --lenient.
+// The options of every tool that reads mocap files: --unit, --up, --first-frame, --lenient, --asf.
 #pragma once
 #include <string>
 
@@ -14,7 +14,7 @@ class ReadingOptions {
   formats::ReadOptions options() const;
 
  private:
-  std::string unit_ = "auto", up_ = "auto", first_frame_ = "auto";
+  std::string unit_ = "auto", up_ = "auto", first_frame_ = "auto", asf_;
   bool lenient_ = false;
 };
 

@@ -15,14 +15,15 @@ struct ReadOptions {
   UpAxis up = UpAxis::automatic;
   FirstFrame first_frame = FirstFrame::automatic;
   bool lenient = false;
+  std::string asf;  // path of the skeleton of AMC files; empty: it is looked for beside each
 };
 
-// One opened file: one clip (BVH, npz) or many (archive). Clips come out in metres, Z up, local rotations unit and
+// One opened file: one clip (BVH, AMC, npz) or many (archive). Clips come out in metres, Z up, local rotations unit and
 // sign-continuous, named after the file's stem (archives: their own names), with source path, digest and rate filled.
 class MotionInput {
  public:
   virtual ~MotionInput() = default;
-  virtual std::string format() const = 0;  // "bvh", "npz (source)", "npz (SMPL+H)", "archive"
+  virtual std::string format() const = 0;  // "bvh", "amc", "npz (source)", "npz (SMPL+H)", "archive"
   virtual std::size_t size() const = 0;
   virtual Clip read(std::size_t i) const = 0;
   // Of clip i; archives answer from their index, without reading frames.
@@ -31,11 +32,19 @@ class MotionInput {
   virtual const History& history() const = 0;              // what the file itself carries
   virtual const std::vector<std::string>& notes() const = 0;  // what was detected or repaired, one line each
   virtual std::string sha256() const = 0;                  // of the file's bytes
+  virtual std::vector<HistoryInput> companions() const { return {}; }  // files read along with it: an AMC's ASF
   virtual std::string contacts_rule() const { return {}; }  // archives: theirs
 };
 
 // Opens `path` ("-": standard input); `label` is what provenance calls it. Error(data) with the file named.
+//
+// An AMC needs its ASF: options.asf, else in the same folder (endings in any case, .gz too) the ASF of the same stem, else the
+// one with the longest stem that the AMC's begins with, up to a '_' (07_05.amc: 07.asf), else the only one there is. An
+// ASF alone is refused.
 std::unique_ptr<MotionInput> open_motion(const std::string& path, const std::string& label, const ReadOptions& options = {});
+
+// What companions() of the opened file would be, from the bytes alone; empty where the file is no AMC or its ASF is not found.
+std::vector<HistoryInput> companions_of(const std::string& path, const std::string& label, const ReadOptions& options);
 
 // Whether a file's first bytes look like something open_motion reads: how folders are searched.
 bool looks_like_motion(const std::string& path);
