@@ -17,7 +17,7 @@ class Bvh2Npz final : public cli::Tool {
   std::string name() const override { return "bvh2npz"; }
   std::string synopsis() const override { return "Convert motion files to npz, one per clip, in metres with Z up"; }
   std::string description() const override {
-    return "Reads BVH, npz and motion archives and writes NumPy files that keep the skeleton and the frame rate of the source: poses (axis-angle, "
+    return "Reads BVH, AMC with its ASF, npz and motion archives and writes NumPy files that keep the skeleton and the frame rate of the source: poses (axis-angle, "
            "radians), trans (metres), joint_names, parents, rest_offsets, rates and the history. numpy.load reads them.";
   }
   std::vector<cli::Example> examples() const override {
@@ -33,7 +33,7 @@ class Bvh2Npz final : public cli::Tool {
     t.inputs = cli::Inputs::many;
     t.output = cli::Output::file_or_folder;
     t.batch = true;
-    t.input_help = "BVH, npz or motion archives";
+    t.input_help = "BVH, AMC, npz or motion archives";
     t.output_help = "folder for one file per clip, or one file that ends in .npz; '-' writes standard output and takes one clip";
     return t;
   }
@@ -50,6 +50,7 @@ class Bvh2Npz final : public cli::Tool {
           o.input = formats::open_motion(file.path, file.label, reading);
           std::vector<HistoryInput> inputs = option_files;
           inputs.push_back({file.label, o.input->sha256()});
+          for (auto& companion : o.input->companions()) inputs.push_back(std::move(companion));
           o.entry = context.history_entry(std::move(inputs));
           o.archive = o.input->format() == "archive";
           if (!o.archive) o.bytes = to_npz(o, o.input->read(0));

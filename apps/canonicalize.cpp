@@ -36,7 +36,7 @@ class Canonicalize final : public cli::Tool {
   std::string name() const override { return "canonicalize"; }
   std::string synopsis() const override { return "Bring motion files onto one body, one rate and one frame, into a motion archive"; }
   std::string description() const override {
-    return "Reads BVH, npz and motion archives, whatever their skeleton, unit, up axis and rate, and writes one motion archive: the canonical "
+    return "Reads BVH, AMC with its ASF, npz and motion archives, whatever their skeleton, unit, up axis and rate, and writes one motion archive: the canonical "
            "22-joint body in metres, Z up, soles at z = 0, each clip's first frame above the origin facing +X, resampled in time (SLERP), foot "
            "contacts labelled, attributes attached. Files that cannot be used are reported, listed in --rejects and skipped.";
   }
@@ -52,7 +52,7 @@ class Canonicalize final : public cli::Tool {
     t.output = cli::Output::file;
     t.batch = true;
     t.by_label = true;
-    t.input_help = "motion files (BVH, npz, archives), folders, @list.txt";
+    t.input_help = "motion files (BVH, AMC, npz, archives), folders, @list.txt";
     t.output_help = "motion archive; '-' writes standard output";
     return t;
   }
@@ -148,6 +148,7 @@ class Canonicalize final : public cli::Tool {
           ++files;
           history_.add(p.input->history());
           inputs.push_back({file.label, p.input->sha256()});
+          add_companions(inputs, p.input->companions());
         });
     if (writer.size() == 0) throw Error(status == Exit::ok ? Exit::data : status, {context.common().output, 0, {}}, "not written: no input gave a clip");
     History history = history_.merged();
@@ -174,9 +175,16 @@ class Canonicalize final : public cli::Tool {
       } catch (const Error&) {  // its turn comes: the archive was not made from it
       }
       now.push_back({file.label, to_hex(digest)});
+      add_companions(now, formats::companions_of(file.path, file.label, read_options_));
     }
     sort_inputs(now);
     return context.up_to_date(context.common().output, context.history_entry(std::move(now)), [](const std::string& path) { return store::ArchiveReader(path).header().history; });
+  }
+
+  // An ASF that several files share is listed once, behind the first of them.
+  static void add_companions(std::vector<HistoryInput>& inputs, const std::vector<HistoryInput>& companions) {
+    for (const auto& c : companions)
+      if (std::none_of(inputs.rbegin(), inputs.rend(), [&](const HistoryInput& i) { return i.path == c.path && i.sha256 == c.sha256; })) inputs.push_back(c);
   }
 
   static std::string base_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }

@@ -10,13 +10,14 @@
 namespace mocap::cli {
 
 void ReadingOptions::add(CLI::App& app) {
-  app.add_option("--unit", unit_, "length unit of the input; auto goes by the length of the legs; cmu is 1/0.45 inch")
+  app.add_option("--unit", unit_, "length unit of the input; auto goes by the ASF or the length of the legs; cmu is 1/0.45 inch")
       ->check(one_of({"auto", "m", "cm", "mm", "in", "cmu"}));
   app.add_option("--up", up_, "axis that points up in the input; auto goes by the rest pose")->check(one_of({"auto", "y", "z"}));
   app.add_option("--first-frame", first_frame_, "keep or drop a first frame that is a calibration pose; auto drops it where it is one")
       ->check(one_of({"auto", "keep", "drop"}));
   app.add_flag("--lenient", lenient_, "keep the whole frames of a file whose rows or frame count do not fit, with a warning");
   app.add_option("--fps-override", rates_, "tab-separated table: pattern, rate; the rate of files whose label or path a shell pattern fits")->check(path("FILE.tsv"));
+  app.add_option("--asf", asf_, "skeleton of AMC files; else each one's is looked for beside it: the same name, its beginning up to a '_', or the only one")->check(path("FILE"));
 }
 
 formats::ReadOptions ReadingOptions::options() const {
@@ -31,6 +32,7 @@ formats::ReadOptions ReadingOptions::options() const {
   o.first_frame = first_frame_ == "keep" ? FirstFrame::keep : first_frame_ == "drop" ? FirstFrame::drop : FirstFrame::automatic;
   o.lenient = lenient_;
   if (!rates_.empty()) o.rates = formats::RateRules::read(rates_);
+  o.asf = asf_;
   return o;
 }
 

@@ -1,4 +1,4 @@
-// The options of every tool that reads mocap files: --unit, --up, --first-frame, --lenient, --fps-override.
+// The options of every tool that reads mocap files: --unit, --up, --first-frame, --lenient, --asf, --fps-override.
 #pragma once
 #include <string>
 #include <vector>
@@ -22,7 +22,7 @@ class ReadingOptions {
   static void report_unused(const formats::ReadOptions& options, const Context& context);
 
  private:
-  std::string unit_ = "auto", up_ = "auto", first_frame_ = "auto", rates_;
+  std::string unit_ = "auto", up_ = "auto", first_frame_ = "auto", asf_, rates_;
   bool lenient_ = false;
 };
 
