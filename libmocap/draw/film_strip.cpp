@@ -45,7 +45,7 @@ std::vector<Limb> limbs_of(const StripPlan::Row& row, const StripFigure& f) {
   };
   for (std::size_t j = 1; j < s.parents.size(); ++j) {
     const auto p = static_cast<std::size_t>(s.parents[j]);
-    if ((f.joints[j] - f.joints[p]).norm() < 0.05) continue;
+    if ((f.joints[j] - f.joints[p]).norm() < 0.05 || static_cast<int>(j) == a.carried) continue;
     // Hip and collar bones leave the trunk: they belong to it.
     const bool girdle = a.sides[p] == Side::trunk;
     add(girdle ? 0 : a.limbs[j], f.joints[p], f.joints[j], girdle ? Side::trunk : a.sides[j], f.nearness[j]);
@@ -64,7 +64,8 @@ void draw_figure(Canvas& canvas, const StripPlan& plan, const StripPlan::Row& ro
   const double scale = plan.pixels_per_metre, width = std::max(1.2, 0.033 * scale), halo = width + std::max(1.0, 0.016 * scale);
   const Skeleton& s = *row.source->clip.skeleton;
   if (!level(plan.options.view))
-    for (std::size_t j = 1; j < s.parents.size(); ++j) canvas.line(f.shadow[static_cast<std::size_t>(s.parents[j])], f.shadow[j], kFaint, width);
+    for (std::size_t j = 1; j < s.parents.size(); ++j)
+      if (static_cast<int>(j) != row.anatomy.carried) canvas.line(f.shadow[static_cast<std::size_t>(s.parents[j])], f.shadow[j], kFaint, width);
   for (const Limb& limb : limbs_of(row, f)) {
     // The trunk is heavier, so that it shows behind the arm that hangs before it.
     const double extra = limb.bones.empty() || limb.bones[0].side != Side::trunk ? 0 : 0.7 * width;

@@ -15,6 +15,7 @@ Side side_of_name(std::string_view joint_name);
 struct Anatomy {
   std::vector<Side> sides;  // [J] own name, otherwise the parent's side
   std::vector<int> limbs;   // [J] 0 is the trunk; each limb that leaves it has a number of its own
+  int carried = -1;         // the body where joint 0 only carries it about (joint_Root): what lies between is no bone
   int head = -1;            // joint at the base of the skull, -1 where none is known
   int left_foot = -1, right_foot = -1;
   Skeleton with_roles;      // the skeleton with left_hip, left_shoulder, ... filled from the names where roles lack them

@@ -298,6 +298,8 @@ std::unique_ptr<MotionInput> open_as_stated(const std::string& path, const std::
   }
 }
 
+}  // namespace
+
 std::vector<HistoryInput> companions_of(const std::string& path, const std::string& label, const ReadOptions& options) {
   if (path == "-" || !is_amc(head_of(path))) return {};
   try {
@@ -309,8 +311,6 @@ std::vector<HistoryInput> companions_of(const std::string& path, const std::stri
     return {};
   }
 }
-
-}  // namespace
 
 std::unique_ptr<MotionInput> open_motion(const std::string& path, const std::string& label, const ReadOptions& options) {
   const auto rate = options.rates ? options.rates->rate_for(path, label) : std::nullopt;
