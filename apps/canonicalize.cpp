@@ -115,11 +115,12 @@ class Canonicalize final : public cli::Tool {
     Report report;
     std::size_t frames = 0, unlabelled = 0, unmatched = 0, files = 0;
     double seconds = 0;
+    bool no_row = false;  // of the file at hand in --labels
     const auto finish_clip = [&](Clip& clip) {
       std::string unique = clip.name;
       for (int n = 2; !names.insert(unique).second; ++n) unique = fmt::format("{}#{}", clip.name, n);
       clip.name = unique;
-      unlabelled += labels && clip.attributes.empty();
+      unlabelled += no_row;
       frames += clip.frames();
       seconds += clip.seconds();
       writer.add(clip);
@@ -140,6 +141,7 @@ class Canonicalize final : public cli::Tool {
         },
         [&](const cli::InputFile& file, Prepared&& p) {
           for (const auto& note : p.input->notes()) log::debug("{}: {}", file.label, note);
+          no_row = labels && labels->of(file.path, file.label).empty();
           for (auto& result : p.results) finish_result(file, std::move(result));
           if (p.results.empty())
             for (std::size_t i = 0; i < p.input->size(); ++i) finish_result(file, prepare(p, i, file, labels, canonicalizer));

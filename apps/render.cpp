@@ -105,12 +105,13 @@ class Render final : public cli::Tool {
     strip_.view = draw::parse_view(view_);
     strip_.spread = draw::parse_spread(spread_);
 
+    const formats::ReadOptions reading = reading_.options();
     Clips clips, others;
     const auto& files = context.inputs();
     // Of thousands of files only those that will be drawn are opened.
     const bool all = !clips_.empty() || !compare_.empty();
-    for (const std::size_t i : draw::evenly_chosen(files.size(), all ? files.size() : max_clips_)) clips.open(files[i].path, files[i].label, reading_.options());
-    if (!compare_.empty()) others.open(compare_, base_name(compare_), reading_.options());
+    for (const std::size_t i : draw::evenly_chosen(files.size(), all ? files.size() : max_clips_)) clips.open(files[i].path, files[i].label, reading);
+    if (!compare_.empty()) others.open(compare_, base_name(compare_), reading);
 
     std::vector<draw::StripRow> rows;
     if (compare_.empty()) {
@@ -122,7 +123,7 @@ class Render final : public cli::Tool {
       }
     }
     History history;
-    std::vector<HistoryInput> inputs;
+    std::vector<HistoryInput> inputs = cli::ReadingOptions::files(reading);
     clips.add_history(history, inputs);
     others.add_history(history, inputs);
     history.push_back(context.history_entry(std::move(inputs)));

@@ -254,7 +254,7 @@ std::optional<std::string> check_rate(const Clip& clip) {
   const RateEvidence e = rate_evidence(clip);
   if (const auto fall = agreed_fall(e.flights); fall && (*fall < 5 || *fall > 20)) {
     const double said = clip.source.frame_rate_hz > 0 ? clip.source.frame_rate_hz : clip.frame_rate_hz;
-    return fmt::format("it falls at {:.2g} m/s^2, expected {}: as if recorded at about {:.2g} Hz", *fall, kGravity, said * std::sqrt(kGravity / *fall));
+    return fmt::format("it falls at {:.2g} m/s^2, expected {}: as if recorded at about {:.0f} Hz", *fall, kGravity, said * std::sqrt(kGravity / *fall));
   }
   if (e.drop_mps2 > 28) return fmt::format("the body goes down at {:.2g} m/s^2, expected little more than gravity's {}", e.drop_mps2, kGravity);
   if (e.steps < 3) return std::nullopt;

@@ -36,7 +36,7 @@ class Kernel {
       taps_.clear();
       for (std::ptrdiff_t k = -reach; k <= reach + 1; ++k) {
         const double s = static_cast<double>(k) - fraction, x = 2 * kPi * kCutoff * s / ratio_, inside = 1 - s * s / (half * half);
-        taps_.push_back(inside <= 0 ? 0 : (std::abs(x) < 1e-9 ? 1 : std::sin(x) / x) * bessel_i0(kBeta * std::sqrt(inside)));
+        taps_.push_back(inside <= 1e-9 ? 0 : (std::abs(x) < 1e-9 ? 1 : std::sin(x) / x) * bessel_i0(kBeta * std::sqrt(inside)));
       }
     }
     const auto first = static_cast<std::ptrdiff_t>(base) - reach;

@@ -18,7 +18,8 @@ enum class AntiAlias { none, sinc };
 // space of the motion at t, q(t) exp(sum_k w_k log(q(t)^-1 q_k) / sum_k w_k), each logarithm on the branch next to its
 // neighbour's, so that spins of several turns pass. A rotation about one axis is filtered exactly as a number would be.
 // Amplitudes, at 4:1: within 1 % up to 0.7 of the new Nyquist frequency, -6 dB at 0.9, at least 40 dB down from 1.1 (tested,
-// and against SciPy). At the ends the weights that are there are normalised. Frames at the ratio r cost 16 r + 1 logarithms a joint.
+// and against SciPy). At the ends the weights that are there are normalised. Cost: 16 r logarithms
+// a joint and new frame at the ratio r, 70 us for 31 joints at 4:1: canonicalize takes six times as long over CMU's files.
 Clip resample(const Clip& clip, double rate_hz, int phase = 0, AntiAlias anti_alias = AntiAlias::none);
 
 // How many decimation offsets a rate change has: round(source / target) when that is whole within 1e-6, else 1.

@@ -159,7 +159,7 @@
 # rates by a table; npz files without motion in a folder
 # setup: printf 'pattern\trate\n*/sub/*\t60\ngood.bvh\t30000/1001\nb?.npz\t5\n' > rates.tsv; mkdir amass; cp $DATA/npz/shape.npz amass; cp $DATA/npz/amass_smplh.npz amass/w_poses.npz
 0 true bvh2npz good.bvh --fps-override rates.tsv -o r.npz && ./q r.npz 'mocap_framerate == 30000 / 1001 and "\"rates.tsv\"" in str(history)'
-0 true bvh2npz whole --fps-override rates.tsv -o rated && ./q rated/sub/b.npz 'mocap_framerate == 60' && ./q rated/a.npz 'mocap_framerate == 30'
+0 true bvh2npz whole --fps-override rates.tsv -o rated && ./q rated/sub/b.npz 'mocap_framerate == 60 and np.load("rated/a.npz")["mocap_framerate"] == 30'
 0 ~rates\.tsv:4:.the.pattern.'b\?\.npz'.set.no.file.s.rate bvh2npz good.bvh --fps-override rates.tsv -f -o r.npz
 0 . touch -d 2000-01-01 r.npz && bvh2npz good.bvh --fps-override rates.tsv --skip-existing -o r.npz && test -z "$(find r.npz -newermt 2001-01-01)"
 3 ~^bvh2npz:.bad\.tsv:2:rate:.'0' printf 'pattern\trate\n*\t0\n' > bad.tsv; bvh2npz good.bvh --fps-override bad.tsv -o x.npz

@@ -137,8 +137,8 @@
 3 ~^canonicalize:.r3\.tsv:2:.1.columns printf 'pattern\trate\n*.bvh 30\n' > r3.tsv; canonicalize good.bvh --fps-override r3.tsv -o x.h5
 
 # a rate that the motion contradicts is doubted, a right one is not
-# setup: mkdir walks; cp corpus/walking_f001_1.bvh corpus/jogging_f001_1.bvh corpus/jumping_f001_1.bvh walks; printf 'pattern\trate\n*\t480\n' > fast.tsv; printf 'pattern\trate\n*\t30\n' > slow.tsv
-1 . canonicalize corpus -f -o c.h5 2>&1 | grep contradicts
+# setup: make-corpus -q --subjects 1 --seconds 5 -o long; mkdir walks; cp long/walking_f001_1.bvh long/jogging_f001_1.bvh long/jumping_f001_1.bvh walks; printf 'pattern\trate\n*\t480\n' > fast.tsv; printf 'pattern\trate\n*\t30\n' > slow.tsv
+1 . canonicalize long -o lo.h5 2>&1 | grep contradicts
 0 ~walks/walking_f001_1\.bvh:.its.motion.contradicts.480.Hz:.*;.--fps-override.sets.another canonicalize walks --fps-override fast.tsv -o fast.h5
 0 ~walks/jogging_f001_1\.bvh:.its.motion.contradicts.480.Hz canonicalize walks --fps-override fast.tsv -f -o fast.h5
 0 ~walks/walking_f001_1\.bvh:.its.motion.contradicts.30.Hz:.steps.at.0 canonicalize walks --fps-override slow.tsv -o slow.h5
@@ -153,6 +153,7 @@
 0 true canonicalize -q path --labels strolling.tsv --attr-from-path '(?<subject>[^/]+)/(?<action>[a-z]+)_' -o pd.h5 && ./q 'a[0].col("clips/attributes/action") == ["strolling", ""]' pd.h5
 0 true canonicalize -q path/s01/walk_1.bvh --attr-from-path '(?<subject>[^/]+)/[^/]+$' -o pe.h5 && ./q 'a[0].col("clips/attributes/subject") == ["s01"]' pe.h5
 0 true canonicalize -q pc.h5 --attr-from-path '/(?<take>.*)\.bvh' -o pf.h5 && ./q 'a[0].col("clips/attributes/take") == ["walk_1", "JOG"] and a[0].col("clips/attributes/subject") == ["s01", "s02"]' pf.h5
+0 ~1.of.2.clips.have.no.row canonicalize path --labels strolling.tsv --attr-from-path '(?<subject>[^/]+)/' -f -o pd.h5
 2 ~--attr-from-path:.*missing.closing.parenthesis canonicalize path --attr-from-path '(?<subject>[a-z]+' -o x.h5
 2 ~--attr-from-path:.*has.no.named.group canonicalize path --attr-from-path '([a-z]+)' -o x.h5
 

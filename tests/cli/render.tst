@@ -85,3 +85,7 @@
 4 ~write.failed render walk.bvh -o - > /dev/full
 4 ~expected.a.regular.file mkfifo pipe && render walk.bvh --format png -f -o pipe
 0 . test ! -e no.png && ! ls -A | grep -q part
+
+# a rate by a table: a second of the file is two of the motion
+0 true printf 'pattern\trate\nwalk.bvh\t15\n' > rates.tsv; render walk.bvh --fps-override rates.tsv -o rated.png && ./q '"--fps-override=rates.tsv" in text("rated.png")'
+3 ~rates\.tsv:1:.a.header printf '*\t15\n' > rates.tsv; render walk.bvh --fps-override rates.tsv -o no.png

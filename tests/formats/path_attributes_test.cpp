@@ -54,7 +54,7 @@ TEST(PathAttributes, Refusals) {
   const PathAttributes endless("^(?<a>(x+x+)+)y$");
   Attributes a;
   try {
-    endless.apply(a, "", std::string(60, 'x'));
+    endless.apply(a, "", std::string(60, 'x') + "y!");
     ADD_FAILURE() << "no error";
   } catch (const Error& e) {
     EXPECT_EQ(e.status(), Exit::usage);
