@@ -11,7 +11,8 @@ void ReadingOptions::add(CLI::App& app) {
   app.add_option("--first-frame", first_frame_, "keep or drop a first frame that is a calibration pose; auto drops it where it is one")
       ->check(one_of({"auto", "keep", "drop"}));
   app.add_flag("--lenient", lenient_, "keep the whole frames of a file whose rows or frame count do not fit, with a warning");
-  app.add_option("--asf", asf_, "skeleton of AMC files; else each one's is looked for beside it: the same name, its beginning up to a '_', or the only one")->check(path("FILE"));
+  app.add_option("--asf", asf_, "skeleton of AMC files; else each one's is looked for beside it: the same name, its beginning up to a '_', or the only one")
+      ->check(path("FILE"));
 }
 
 formats::ReadOptions ReadingOptions::options() const {

@@ -15,7 +15,7 @@ struct ReadOptions {
   UpAxis up = UpAxis::automatic;
   FirstFrame first_frame = FirstFrame::automatic;
   bool lenient = false;
-  std::string asf;  // path of the skeleton of AMC files; empty: it is looked for beside each
+  std::string asf{};  // path of the skeleton of AMC files; empty: it is looked for beside each
 };
 
 // One opened file: one clip (BVH, AMC, npz) or many (archive). Clips come out in metres, Z up, local rotations unit and

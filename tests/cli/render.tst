@@ -85,3 +85,4 @@
 4 ~write.failed render walk.bvh -o - > /dev/full
 4 ~expected.a.regular.file mkfifo pipe && render walk.bvh --format png -f -o pipe
 0 . test ! -e no.png && ! ls -A | grep -q part
+0 . render $DATA/asf/human.amc --asf $DATA/asf/human.asf -o amc.png
