@@ -286,7 +286,8 @@ void Parser::hierarchy_line(std::string_view parent_name) {
     const std::size_t child = known(word(), "child");
     if (child == kRoot) fail("the root below " + bones_[parent].name + ", expected it on top");
     if (bones_[child].parent >= 0)
-      fail(fmt::format("bone {} below {} and {}, expected one parent", bones_[child].name, bones_[parent].name, bones_[static_cast<std::size_t>(bones_[child].parent)].name));
+      fail(fmt::format("bone {} below {} and {}, expected one parent", bones_[child].name, bones_[parent].name,
+                       bones_[static_cast<std::size_t>(bones_[child].parent)].name));
     bones_[child].parent = static_cast<int>(parent);
     bones_[parent].children.push_back(child);
   }
