@@ -78,7 +78,7 @@ class AmcReader {
   double angle_scale_ = 1;
   bool number_seen_ = false, broken_ = false;
   std::uint64_t number_ = 0;
-  long number_line_ = 0;
+  long number_line_ = 0, first_line_ = 0;  // of this frame's number and of the first
   std::size_t opened_ = 0, listed_ = 0, at_ = 0;  // frames begun; needed bones and lines of this one
   std::size_t left_out_ = 0, unknown_ = 0, jumps_ = 0;
   std::string first_left_out_, first_unknown_, first_jump_, held_;
@@ -173,6 +173,7 @@ bool AmcReader::frame_number(std::string_view w) {
     if (!options_.lenient) refuse({{}, text_.line, {}}, text, kLenientHint);
     if (jumps_++ == 0) first_jump_ = "line " + std::to_string(text_.line) + ": " + text;
   }
+  if (!number_seen_) first_line_ = text_.line;
   number_ = n;
   number_seen_ = true;
   number_line_ = text_.line;
@@ -302,11 +303,11 @@ void AmcReader::store_frame() {
   const std::size_t joints = asf_.joints.size();
   Clip& clip = out_.clip;
   if (rows_.frames == clip.root_position.size()) {
-    // The rest is likely to be frames as long as those so far.
-    const auto ahead = static_cast<std::size_t>(text_.end - text_.p);
-    const std::size_t so_far = text_size_ - ahead;
-    const double likely = 1.02 * static_cast<double>(ahead) / static_cast<double>(so_far) * static_cast<double>(opened_);
-    make_room(rows_.frames + 1 + static_cast<std::size_t>(likely));
+    // The rest is likely to be frames of as many lines as those so far: room taken once, a copy of all frames saved.
+    const auto lines = static_cast<std::size_t>(std::count(text_.p, text_.end, '\n'));
+    const auto so_far = static_cast<std::size_t>(std::max(1L, text_.line - first_line_));
+    const double likely = static_cast<double>(lines) / static_cast<double>(so_far) * static_cast<double>(opened_);
+    make_room(rows_.frames + rows_.frames / 2 + 2 + static_cast<std::size_t>(likely));
   }
   double* const row = rows_.row.data();
   for (std::size_t i = 0; i < 3 * joints; ++i) row[i] = values_[i] * angle_scale_;
