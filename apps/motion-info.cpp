@@ -180,7 +180,7 @@ class MotionInfo final : public cli::Tool {
     t.output = cli::Output::none;
     t.threads = false;
     t.report = true;
-    t.input_help = "archives, models, BVH, npz";
+    t.input_help = "archives, models, BVH, AMC, npz";
     return t;
   }
   void options(CLI::App& app) override {
@@ -207,7 +207,8 @@ class MotionInfo final : public cli::Tool {
             r.json = std::move(named);
             return r;
           } catch (const Error& e) {
-            throw e.status() == Exit::data ? e.in_file(opened.name) : e;
+            // Spooled standard input has another name; a defect of an AMC's ASF is not the AMC's.
+            throw e.status() == Exit::data && (e.where().file.empty() || e.where().file == opened.path) ? e.in_file(opened.name) : e;
           }
         },
         [&](const cli::InputFile&, Result&& r) {

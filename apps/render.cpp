@@ -43,6 +43,7 @@ class Clips {
     for (const auto& f : files_) {
       merge_into(history, f.input->history());
       inputs.push_back({f.label, f.input->sha256()});
+      for (auto& companion : f.input->companions()) inputs.push_back(std::move(companion));
     }
   }
 
@@ -76,7 +77,7 @@ class Render final : public cli::Tool {
     t.inputs = cli::Inputs::many;
     t.output = cli::Output::file;
     t.threads = false;
-    t.input_help = "motion archives or motion files (BVH, npz), folders, @list.txt";
+    t.input_help = "motion archives or motion files (BVH, AMC, npz), folders, @list.txt";
     t.output_help = "picture, .png or .svg; '-' writes standard output";
     return t;
   }

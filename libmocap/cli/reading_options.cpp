@@ -17,7 +17,8 @@ void ReadingOptions::add(CLI::App& app) {
       ->check(one_of({"auto", "keep", "drop"}));
   app.add_flag("--lenient", lenient_, "keep the whole frames of a file whose rows or frame count do not fit, with a warning");
   app.add_option("--fps-override", rates_, "tab-separated table: pattern, rate; the rate of files whose label or path a shell pattern fits")->check(path("FILE.tsv"));
-  app.add_option("--asf", asf_, "skeleton of AMC files; else each one's is looked for beside it: the same name, its beginning up to a '_', or the only one")->check(path("FILE"));
+  app.add_option("--asf", asf_, "skeleton of AMC files; else each one's is looked for beside it: the same name, its beginning up to a '_', or the only one")
+      ->check(path("FILE"));
 }
 
 formats::ReadOptions ReadingOptions::options() const {

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/output_file.hpp"
@@ -34,13 +33,13 @@ bool is_bvh(std::string_view head) {
   return head.starts_with("HIERARCHY");
 }
 
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; }
 std::string lower(std::string s) {
-  for (char& c : s) c = lower(c);
+  for (char& c : s)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
   return s;
 }
 bool ends_with(const std::string& s, std::string_view ending) {
-  return s.size() > ending.size() && std::equal(ending.begin(), ending.end(), s.end() - static_cast<std::ptrdiff_t>(ending.size()), [](char a, char b) { return a == lower(b); });
+  return s.size() > ending.size() && lower(s.substr(s.size() - ending.size())) == ending;
 }
 
 // The first lines of a text that hold more than a # comment; empty where there are fewer.
@@ -66,7 +65,9 @@ bool is_amc(std::string_view head) {
   if (is_section(first, {":fully-specified", ":degrees", ":radians", ":samples-per-second", ":frame-range", ":asf-file", ":asf-path"})) return true;
   return !first.empty() && first.find_first_not_of("0123456789") == std::string_view::npos && (second.starts_with("root ") || second.starts_with("root\t"));
 }
-bool is_asf(std::string_view head) { return is_section(first_lines(head).first, {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy"}); }
+bool is_asf(std::string_view head) {
+  return is_section(first_lines(head).first, {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy"});
+}
 
 std::string stem_of(const std::string& label) {
   std::string stem = label == "-" ? "stdin" : label;
@@ -79,7 +80,12 @@ std::string stem_of(const std::string& label) {
 class SingleClip final : public MotionInput {
  public:
   SingleClip(std::string format, Clip clip, History history, std::vector<std::string> notes, std::string sha256, std::vector<HistoryInput> companions = {})
-      : format_(std::move(format)), clip_(std::move(clip)), history_(std::move(history)), notes_(std::move(notes)), sha256_(std::move(sha256)), companions_(std::move(companions)) {}
+      : format_(std::move(format)),
+        clip_(std::move(clip)),
+        history_(std::move(history)),
+        notes_(std::move(notes)),
+        sha256_(std::move(sha256)),
+        companions_(std::move(companions)) {}
   std::string format() const override { return format_; }
   std::size_t size() const override { return 1; }
   Clip read(std::size_t) const override { return clip_; }
@@ -204,16 +210,18 @@ AsfPlace find_asf(const std::string& path, const std::string& label, const ReadO
   if (found.size() != 1) {
     std::string list;
     for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 4); ++i) list += (i ? ", " : "") + found[i];
-    refuse({}, fmt::format("motion (AMC) without its skeleton: looked in its folder for {}.asf, for an .asf that its name begins with and for the only .asf, found {}", stem,
-                           found.empty() ? "none" : found.size() > 4 ? fmt::format("{} and {} more", list, found.size() - 4) : list),
+    if (found.size() > 4) list += fmt::format(" and {} more", found.size() - 4);
+    refuse({}, fmt::format("motion (AMC) without its skeleton: looked in its folder for {}.asf, for an .asf that its name begins with and for the only .asf, found {}",
+                           stem, found.empty() ? "none" : list),
            kHint);
   }
   const std::size_t slash = label.rfind('/');
   return {(folder / found[0]).string(), (slash == std::string::npos ? std::string() : label.substr(0, slash + 1)) + found[0]};
 }
 
-std::unique_ptr<MotionInput> open_amc(const std::string& bytes, const std::string& path, const std::string& label, const std::string& digest, const ReadOptions& options,
-                                      std::string& asf_path) {
+// `asf_path` is set as soon as it is known, so that errors can be told apart.
+std::unique_ptr<MotionInput> open_amc(const std::string& bytes, const std::string& path, const std::string& label, const std::string& digest,
+                                      const ReadOptions& options, std::string& asf_path) {
   const AsfPlace place = find_asf(path, label, options);
   asf_path = place.path;
   Digest asf_digest{};
@@ -237,11 +245,13 @@ std::unique_ptr<MotionInput> open_amc(const std::string& bytes, const std::strin
   notes.insert(notes.end(), frame.notes.begin(), frame.notes.end());
   if (scaled && frame.leg_length_m > 0 && std::abs(std::log(frame.leg_length_m / kTypicalLeg)) > std::log(1.7))
     notes.push_back(fmt::format("legs of {:.3g} m by the skeleton's own unit; force another with --unit", frame.leg_length_m));
-  notes.push_back(fmt::format("skeleton {}, unit {}, up axis {}, {} Hz", place.label, scaled ? fmt::format("asf ({:.6g} m)", asf.metres_per_unit) : text(frame.unit), text(frame.up), clip.frame_rate_hz));
+  const std::string unit = scaled ? fmt::format("asf ({:.6g} m)", asf.metres_per_unit) : text(frame.unit);
+  notes.push_back(fmt::format("skeleton {}, unit {}, up axis {}, {} Hz", place.label, unit, text(frame.up), clip.frame_rate_hz));
   fill_source(clip, label, digest);
   clip.source.unit = scaled ? "asf" : text(frame.unit);
   finish_clip(clip, notes, frame, options);
-  return std::make_unique<SingleClip>("amc", std::move(clip), History{}, std::move(notes), digest, std::vector<HistoryInput>{{place.label, to_hex(asf_digest)}});
+  std::vector<HistoryInput> companions{{place.label, to_hex(asf_digest)}};
+  return std::make_unique<SingleClip>("amc", std::move(clip), History{}, std::move(notes), digest, std::move(companions));
 }
 
 std::unique_ptr<MotionInput> open_npz(const std::string& bytes, const std::string& label, const std::string& digest, const ReadOptions& options) {

@@ -22,10 +22,10 @@ struct ReadOptions {
   UpAxis up = UpAxis::automatic;
   FirstFrame first_frame = FirstFrame::automatic;
   bool lenient = false;
-  std::map<std::string, std::string> joints;  // canonical name -> joint, by hand (joint_map_file.hpp)
-  std::string asf;                            // path of the skeleton of AMC files; empty: it is looked for beside each
-  std::shared_ptr<const RateRules> rates;           // rate_rules.hpp: files whose rate is not what they say
-  std::shared_ptr<const io::BodyModel> body_model;  // io/body_model.hpp: rest joints of AMASS files
+  std::map<std::string, std::string> joints{};       // canonical name -> joint, by hand (joint_map_file.hpp)
+  std::string asf{};                                 // path of the skeleton of AMC files; empty: it is looked for beside each
+  std::shared_ptr<const RateRules> rates{};          // rate_rules.hpp: files whose rate is not what they say
+  std::shared_ptr<const io::BodyModel> body_model{};  // io/body_model.hpp: rest joints of AMASS files
 };
 
 // One opened file: one clip (BVH, AMC, npz) or many (archive). Clips come out in metres, Z up, local rotations unit and

@@ -43,7 +43,9 @@ class AmcReader {
     std::array<std::uint32_t, 6> slots;  // of its values in values_
   };
 
-  [[noreturn]] void fail(long line, const std::string& what, const char* hint = "") const { refuse({{}, line, frame_object()}, what, hint); }
+  [[noreturn]] void fail(long line, const std::string& what, const char* hint = "") const {
+    refuse({{}, line, frame_object()}, what, hint);
+  }
   std::string frame_object() const { return number_seen_ ? "frame " + std::to_string(number_) : std::string(); }
   void plan();
   void header();
@@ -68,14 +70,15 @@ class AmcReader {
   std::vector<Target> targets_;  // joints, then bones outside of the hierarchy
   std::unordered_map<std::string_view, std::uint32_t> by_name_;
   std::vector<std::uint32_t> usual_;  // targets in the order of the first frame
-  std::vector<std::size_t> seen_in_;  // of each target: 1 + the last frame that lists it
+  std::vector<std::size_t> behind_;   // of each target: its place in `usual_` + 1, 0 where it has none
+  std::vector<std::size_t> seen_in_;  // of each target: `opened_` of the last frame that lists it
   std::vector<char> needed_;          // of each target
   std::size_t needed_count_ = 0;
   std::vector<std::pair<std::size_t, RotationMatrix>> turned_;  // joints with an axis, and it
   double angle_scale_ = 1;
   bool number_seen_ = false, broken_ = false;
   std::uint64_t number_ = 0;
-  long number_line_ = 0;
+  long number_line_ = 0, first_line_ = 0;  // of this frame's number and of the first
   std::size_t opened_ = 0, listed_ = 0, at_ = 0;  // frames begun; needed bones and lines of this one
   std::size_t left_out_ = 0, unknown_ = 0, jumps_ = 0;
   std::string first_left_out_, first_unknown_, first_jump_, held_;
@@ -120,6 +123,7 @@ void AmcReader::plan() {
     needed_count_ += static_cast<std::size_t>(needed_.back());
   }
   seen_in_.assign(targets_.size(), 0);
+  behind_.assign(targets_.size(), 0);
 }
 
 bool AmcReader::more() {
@@ -169,6 +173,7 @@ bool AmcReader::frame_number(std::string_view w) {
     if (!options_.lenient) refuse({{}, text_.line, {}}, text, kLenientHint);
     if (jumps_++ == 0) first_jump_ = "line " + std::to_string(text_.line) + ": " + text;
   }
+  if (!number_seen_) first_line_ = text_.line;
   number_ = n;
   number_seen_ = true;
   number_line_ = text_.line;
@@ -193,7 +198,8 @@ std::uint32_t AmcReader::find(long line) {
   if (at_ < usual_.size()) {
     const std::string& name = targets_[usual_[at_]].bone->written;
     const auto size = name.size();
-    if (static_cast<std::size_t>(text_.end - text_.p) >= size && std::memcmp(text_.p, name.data(), size) == 0 && (text_.p + size == text_.end || is_separator(text_.p[size]))) {
+    const auto ahead = static_cast<std::size_t>(text_.end - text_.p);
+    if (ahead >= size && std::memcmp(text_.p, name.data(), size) == 0 && (ahead == size || is_separator(text_.p[size]))) {
       text_.p += size;
       return usual_[at_++];
     }
@@ -213,10 +219,9 @@ std::uint32_t AmcReader::find(long line) {
   const std::uint32_t found = it->second;
   if (opened_ == 1) {
     usual_.push_back(found);
-    at_ = usual_.size();
-  } else if (const auto place = std::find(usual_.begin(), usual_.end(), found); usual_.size() <= 1024 && place != usual_.end()) {
-    at_ = static_cast<std::size_t>(place - usual_.begin()) + 1;
+    behind_[found] = usual_.size();
   }
+  if (behind_[found] > 0) at_ = behind_[found];
   return found;
 }
 
@@ -235,7 +240,7 @@ void AmcReader::bone_line() {
     const char* const next = read_number(p, end, values_[target.slots[n]]);
     if (!next) {
       text_.p = p;
-      const std::string what = "bone " + target.bone->written + " has " + text_.shown() + " as value " + std::to_string(n + 1) + ", expected a finite number";
+      const std::string what = fmt::format("bone {} has {} as value {}, expected a finite number", target.bone->written, text_.shown(), n + 1);
       word();
       if (!text_.done()) fail(line, what);
       defect(line, what);  // cut in a number
@@ -249,8 +254,7 @@ void AmcReader::bone_line() {
     for (; !text_.at_line_end() && *text_.p != '#'; text_.skip_blanks(), ++n) word();
     text_.skip_to_line_end();
     if (n != count) {
-      defect(line, "bone " + target.bone->written + " has " + std::to_string(n) + (n == 1 ? " value" : " values") + ", expected " + std::to_string(count) + dof_text(*target.bone));
-      return;
+      return defect(line, fmt::format("bone {} has {} value{}, expected {}{}", target.bone->written, n, n == 1 ? "" : "s", count, dof_text(*target.bone)));
     }
   }
   if (seen_in_[found] == opened_) return defect(line, "bone " + target.bone->written + " a second time, expected it once in a frame");
@@ -290,7 +294,7 @@ void AmcReader::make_room(std::size_t frames) {
   const std::size_t joints = asf_.joints.size();
   const std::size_t bytes = checked_product(checked_product(frames, joints), sizeof(Quaternion));
   if (bytes / 512 > text_size_ + joints + (1 << 12))
-    fail(number_line_, fmt::format("{} frames or more of {} joints with {} bones listed between them, expected dof on most bones", frames, joints, needed_count_));
+    fail(number_line_, fmt::format("{} frames of {} joints with {} bones listed in each, expected dof on most bones", frames, joints, needed_count_));
   out_.clip.rotations.resize(frames * joints);
   out_.clip.root_position.resize(frames);
 }
@@ -299,10 +303,11 @@ void AmcReader::store_frame() {
   const std::size_t joints = asf_.joints.size();
   Clip& clip = out_.clip;
   if (rows_.frames == clip.root_position.size()) {
-    // The rest is likely to be frames as long as those so far.
-    const auto ahead = static_cast<std::size_t>(text_.end - text_.p);
-    const std::size_t so_far = text_size_ - ahead;
-    make_room(rows_.frames + 1 + static_cast<std::size_t>(1.02 * static_cast<double>(ahead) * static_cast<double>(opened_) / static_cast<double>(so_far)));
+    // The rest is likely to be frames of as many lines as those so far: room taken once, a copy of all frames saved.
+    const auto lines = static_cast<std::size_t>(std::count(text_.p, text_.end, '\n'));
+    const auto so_far = static_cast<std::size_t>(std::max(1L, text_.line - first_line_));
+    const double likely = static_cast<double>(lines) / static_cast<double>(so_far) * static_cast<double>(opened_);
+    make_room(rows_.frames + rows_.frames / 2 + 2 + static_cast<std::size_t>(likely));
   }
   double* const row = rows_.row.data();
   for (std::size_t i = 0; i < 3 * joints; ++i) row[i] = values_[i] * angle_scale_;
@@ -326,7 +331,8 @@ void AmcReader::run() {
   if (!number_seen_) fail(text_.line, "no frames, expected at least one");
   if (rows_.frames == 0) refuse({{}, first_left_out_line_, {}}, "no whole frame: " + first_left_out_);
   if (rows_.frames == 1 && !held_.empty()) refuse({{}, number_line_, {}}, "no whole frame: " + held_);
-  if (left_out_ > 0) out_.notes.push_back(fmt::format("line {}: {}; frames left out: {}, kept: {}", first_left_out_line_, first_left_out_, left_out_, rows_.frames));
+  if (left_out_ > 0)
+    out_.notes.push_back(fmt::format("line {}: {}; frames left out: {}, kept: {}", first_left_out_line_, first_left_out_, left_out_, rows_.frames));
   if (unknown_ > 0) out_.notes.push_back(fmt::format("{}; lines left out: {}", first_unknown_, unknown_));
   if (jumps_ > 0) out_.notes.push_back(fmt::format("{}; jumps kept as they are: {}", first_jump_, jumps_));
   out_.clip.rotations.resize(rows_.frames * asf_.joints.size());

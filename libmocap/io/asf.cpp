@@ -138,7 +138,8 @@ void Parser::dofs(Bone& bone, const std::string& of) {
     const auto w = word();
     int kind = 0;
     while (kind < 6 && !same_ignoring_case(w, kNames[kind])) ++kind;
-    if (kind == 6 && same_ignoring_case(w, "l")) fail(of + " 'l', a bone that stretches, expected tx, ty, tz, rx, ry or rz");
+    if (kind == 6 && same_ignoring_case(w, "l"))
+      fail(of + " 'l', a bone that stretches, expected tx, ty, tz, rx, ry or rz");
     if (kind == 6) fail(of + " " + shown + ", expected tx, ty, tz, rx, ry or rz");
     if (seen & (1 << kind)) fail(of + " " + shown + " twice, expected each at most once");
     seen |= 1 << kind;
@@ -285,7 +286,8 @@ void Parser::hierarchy_line(std::string_view parent_name) {
     const std::size_t child = known(word(), "child");
     if (child == kRoot) fail("the root below " + bones_[parent].name + ", expected it on top");
     if (bones_[child].parent >= 0)
-      fail("bone " + bones_[child].name + " below " + bones_[parent].name + " and " + bones_[static_cast<std::size_t>(bones_[child].parent)].name + ", expected one parent");
+      fail(fmt::format("bone {} below {} and {}, expected one parent", bones_[child].name, bones_[parent].name,
+                       bones_[static_cast<std::size_t>(bones_[child].parent)].name));
     bones_[child].parent = static_cast<int>(parent);
     bones_[parent].children.push_back(child);
   }
@@ -325,7 +327,8 @@ void Parser::leave_out(Asf& asf, const std::vector<char>& placed) const {
     if (placed[i]) continue;
     std::vector<std::size_t> path;
     for (std::size_t at = i; state[at] != 2; at = static_cast<std::size_t>(bones_[at].parent)) {
-      if (state[at] == 1) refuse({{}, bones_[at].line, "bone " + bones_[at].name}, "the hierarchy makes it its own ancestor, expected a tree");
+      if (state[at] == 1)
+        refuse({{}, bones_[at].line, "bone " + bones_[at].name}, "the hierarchy makes it its own ancestor, expected a tree");
       state[at] = 1;
       path.push_back(at);
       if (bones_[at].parent < 0) break;
@@ -334,7 +337,8 @@ void Parser::leave_out(Asf& asf, const std::vector<char>& placed) const {
     if (++count <= 8) names += (count > 1 ? ", " : "") + bones_[i].name;
     asf.outside.push_back({bones_[i].name, bones_[i].dofs, bones_[i].dof_count, Quaternion::Identity()});
   }
-  if (count > 0) asf.notes.push_back("bones outside of the hierarchy are left out: " + names + (count > 8 ? fmt::format(" and {} more", count - 8) : ""));
+  if (count > 8) names += fmt::format(" and {} more", count - 8);
+  if (count > 0) asf.notes.push_back("bones outside of the hierarchy are left out: " + names);
 }
 
 Asf Parser::assemble() {
@@ -360,7 +364,8 @@ Asf Parser::assemble() {
     s.joint_names.push_back(std::move(name));
     s.parents.push_back(parent);
     const auto tip = [&](const Bone& of) -> Vector3 { return *of.length * *of.direction; };
-    s.rest_offsets.push_back(parent < 0 ? position_ : parent == 0 ? Vector3::Zero().eval() : tip(bones_[bone_of[static_cast<std::size_t>(parent)]]));
+    const Vector3 base = parent <= 0 ? Vector3::Zero().eval() : tip(bones_[bone_of[static_cast<std::size_t>(parent)]]);
+    s.rest_offsets.push_back(parent < 0 ? position_ : base);
     if (b.children.empty() && i != kRoot) s.end_sites.push_back({joint, tip(b)});
     asf.joints.push_back({b.name, b.dofs, b.dof_count, turn(b)});
     bone_of.push_back(i);
@@ -393,7 +398,8 @@ Asf Parser::run() {
     } else if (is(":version") || is(":name")) {
       text_.skip_to_line_end();
     } else if (section.starts_with(':')) {
-      if (!is(":documentation") && !is(":skin")) notes_.push_back("line " + std::to_string(text_.line) + ": section " + shown + " is not known and skipped");
+      if (!is(":documentation") && !is(":skin"))
+        notes_.push_back("line " + std::to_string(text_.line) + ": section " + shown + " is not known and skipped");
       text_.skip_to_line_end();
       skip_section();
     } else {

@@ -12,6 +12,7 @@
 # setup: exec /usr/bin/python3 q.py "$@"
 # setup: END
 # setup: chmod +x q; echo 30 > 30; echo 29 > 29; echo True > true; echo 141 > 141; echo 2 > 2; printf 'a.npz\nsub/b.npz\n' > two
+# setup: mkdir mocap zipped alone; cp $DATA/asf/tiny.asf mocap/07.asf; cp mocap/07.asf zipped/07.asf; for n in mocap/07_05 mocap/07_06 alone/07_05; do cp $DATA/asf/tiny.amc $n.amc; done; head -c 317 mocap/07_05.amc > cut.amc
 # setup: printf 'file\tstatus\nbad.bvh\t3\nabsent.bvh\t3\nin/broken.bvh\t3\n' > fails
 
 # help and version: no data at hand, standard output checked
@@ -166,3 +167,24 @@
 0 ~amass/shape\.npz:.skipped:.no.poses bvh2npz amass -o am && test "$(ls am)" = w_poses.npz
 3 ~a.folder.without.any.file.that.can.be.read mkdir shapes && cp amass/shape.npz shapes && bvh2npz shapes -o x
 1 . test -e x.npz -o -e x
+# ASF and AMC: the skeleton is found beside the motion or named
+0 ~skeleton.07\.asf,.unit.asf.\(0\.0564444.m\),.up.axis bvh2npz mocap/07_05.amc -v -o amc.npz
+0 true ./q amc.npz 'np.allclose(trans[0], np.array((-3.25, 1.5, 16)) * 0.0254 / 0.45) and mocap_framerate == 120 and poses.shape == (3, 21)'
+0 true ./q amc.npz 'list(joint_names) == ["root", "lhip", "lthigh", "lshin", "lfoot", "spine", "head"]'
+0 true ./q amc.npz '"\"path\":\"07_05.amc\"" in str(history) and "\"path\":\"07.asf\"" in str(history)'
+0 true bvh2npz - --asf mocap/07.asf --up y -o - < mocap/07_05.amc > in.npz && ./q in.npz 'len(poses) == 3 and "--asf=07.asf" in str(history)'
+0 true bvh2npz mocap/07_05.amc --unit m --up y -o - > m.npz && ./q m.npz 'np.allclose(trans[0], (-3.25, 1.5, 16))'
+0 . gzip -c mocap/07_05.amc > zipped/07_05.amc.gz && bvh2npz zipped/07_05.amc.gz -o zipped.npz
+0 . bvh2npz mocap -o amcs && test "$(cd amcs && echo *)" = '07_05.npz 07_06.npz'
+3 ~^bvh2npz:.<stdin>:.motion.\(AMC\).without.its.skeleton bvh2npz - -o x.npz < mocap/07_05.amc
+3 ~hint:.--asf.FILE bvh2npz alone/07_05.amc -o x.npz
+3 ~^bvh2npz:.alone/07_05\.amc:.*found.none bvh2npz alone/07_05.amc -o x.npz
+3 ~^bvh2npz:.absent\.asf:.cannot.be.opened bvh2npz alone/07_05.amc --asf absent.asf -o x.npz
+3 ~^bvh2npz:.good\.bvh:.no.skeleton,.expected.an.ASF bvh2npz alone/07_05.amc --asf good.bvh -o x.npz
+3 ~^bvh2npz:.mocap/07\.asf:.a.skeleton.\(ASF\).without.motion bvh2npz mocap/07.asf -o x.npz
+3 ~^bvh2npz:.cut\.amc:[0-9]+:frame.3:.bone.lshin.*expected bvh2npz cut.amc --asf mocap/07.asf -o x.npz
+0 true bvh2npz cut.amc --asf mocap/07.asf --lenient -o - > l.npz && ./q l.npz 'len(poses) == 2'
+2 ~empty.value bvh2npz mocap/07_05.amc --asf= -o x.npz
+0 . cd amcs && touch -d 2000-01-01 * && cd .. && bvh2npz mocap -o amcs --skip-existing && test -z "$(find amcs -name '*.npz' -newermt 2001-01-01)"
+0 . sed -i 's/length 4.25/length 4.5/' mocap/07.asf && bvh2npz mocap -o amcs --skip-existing && test "$(find amcs -name '*.npz' -newermt 2001-01-01 | wc -l)" = 2
+1 . test -e x.npz

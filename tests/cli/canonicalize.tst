@@ -19,6 +19,7 @@
 # setup: print(eval(sys.argv[1], {**globals(), "a": [Archive(p) for p in sys.argv[2:]]}))
 # setup: END
 # setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; echo 141 > 141
+# setup: mkdir asfamc lone; cp $DATA/asf/human.asf asfamc/07.asf; for n in asfamc/07_05 asfamc/07_06 alone lone/b; do cp $DATA/asf/human.amc $n.amc; done
 # setup: printf 'file\tstatus\nabsent.bvh\t3\nbad.bvh\t3\nin/broken.bvh\t3\n' > fails
 
 0 ~^Usage:.canonicalize.*INPUT\.\.\..-o canonicalize --help
@@ -187,3 +188,12 @@
 0 . canonicalize -q walks -o ad.h5 && cmp an.h5 ad.h5
 2 ~expected.one.of.none,.sinc canonicalize good.bvh --anti-alias some -o x.h5
 1 . test -e x.h5
+# ASF and AMC: the skeleton is found beside the motion or named, and is an input of the history
+0 ~1.clips,.15.frames canonicalize asfamc/07_05.amc -o amc.h5
+0 true ./q 'a[0].names == ["07_05"] and [i["path"] for i in a[0].history[-1]["inputs"]] == ["07_05.amc", "07.asf"] and 0.9 < a[0].p[0, 2] < 1.05 and a[0].p[-1, 0] > 0.6' amc.h5
+0 true canonicalize -q alone.amc --asf asfamc/07.asf -o named.h5 && ./q 'np.array_equal(a[0].q, a[1].q) and "--asf=07.asf" in a[1].argv' amc.h5 named.h5
+3 ~^canonicalize:.<stdin>:.motion.\(AMC\).without.its.skeleton canonicalize - -o x.h5 < alone.amc
+1 ~^canonicalize:.lone/b\.amc:.*found.none canonicalize good.bvh lone/b.amc -o lone.h5
+0 true canonicalize -q asfamc -o both.h5 && ./q 'a[0].names == ["07_05", "07_06"] and [i["path"] for i in a[0].history[-1]["inputs"]] == ["07_05.amc", "07.asf", "07_06.amc"]' both.h5
+0 ~both\.h5.is.up.to.date canonicalize asfamc -o both.h5 --skip-existing
+0 ~2.clips sed -i 's/length 7.0/length 7.5/' asfamc/07.asf && canonicalize asfamc -o both.h5 --skip-existing

@@ -124,3 +124,12 @@
 3 ~rates\.tsv:1:.a.header printf '*\t60\n' > rates.tsv; motion-info --fps-override rates.tsv good.bvh
 0 ~shapes/shape\.npz:.skipped:.no.poses mkdir shapes && cp $DATA/npz/shape.npz good.npz shapes && motion-info shapes
 3 ~no.poses:.a.shape.file motion-info shapes/shape.npz
+0 ~amc,.60.frames,.*at.120.Hz motion-info $DATA/asf/human.amc
+0 ~lhipjoint.-.lfemur.-.ltibia.-.lfoot.-.ltoes motion-info $DATA/asf/human.amc
+0 ~note.*unit.asf.\(0\.0564444.m\),.up.axis.y motion-info $DATA/asf/human.amc
+0 ~note.*120.Hz.assumed motion-info $DATA/asf/human.amc
+0 ~60.frames motion-info --asf $DATA/asf/human.asf - < $DATA/asf/human.amc
+3 ~^motion-info:.<stdin>:.motion.\(AMC\).without.its.skeleton motion-info - < $DATA/asf/human.amc
+3 ~a.skeleton.\(ASF\).without.motion motion-info $DATA/asf/human.asf
+3 ~bad_nan\.amc:11:frame.2:.bone.shin motion-info --asf $DATA/asf/plain.asf $DATA/asf/bad_nan.amc
+3 ~bad_loop\.asf:19:bone.thigh: motion-info --asf $DATA/asf/bad_loop.asf $DATA/asf/plain.amc

@@ -89,3 +89,4 @@
 # a rate by a table: a second of the file is two of the motion
 0 true printf 'pattern\trate\nwalk.bvh\t15\n' > rates.tsv; render walk.bvh --fps-override rates.tsv -o rated.png && ./q '"--fps-override=rates.tsv" in text("rated.png")'
 3 ~rates\.tsv:1:.a.header printf '*\t15\n' > rates.tsv; render walk.bvh --fps-override rates.tsv -o no.png
+0 . render $DATA/asf/human.amc --asf $DATA/asf/human.asf -o amc.png
