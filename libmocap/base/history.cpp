@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
+#include <string_view>
 #include <tuple>
 
 #include "libmocap/base/error.hpp"
@@ -97,6 +99,36 @@ class EntryReader : public nlohmann::json_sax<Json> {
   bool path_ = false, sha256_ = false;
 };
 
+// The inputs that to_json_lines wrote at the end of `line`, and the line without them; nothing where a character of them
+// is not plain ASCII or the text differs in any other way. A JSON parser takes three times as long.
+std::optional<std::pair<std::string, std::vector<HistoryInput>>> split_plain_inputs(std::string_view line) {
+  constexpr std::string_view kKey = ",\"inputs\":[";
+  const auto key = line.find(kKey);
+  if (key == std::string_view::npos) return std::nullopt;
+  std::string_view rest = line.substr(key + kKey.size());
+  const auto skip = [&](std::string_view text) {
+    const bool here = rest.starts_with(text);
+    if (here) rest.remove_prefix(text.size());
+    return here;
+  };
+  const auto plain = [&](std::string& out) {
+    std::size_t n = 0;
+    while (n < rest.size() && rest[n] >= 0x20 && rest[n] < 0x7f && rest[n] != '"' && rest[n] != '\\') ++n;
+    out = rest.substr(0, n);
+    rest.remove_prefix(n);
+  };
+  std::vector<HistoryInput> inputs;
+  while (skip(inputs.empty() ? "{\"path\":\"" : ",{\"path\":\"")) {
+    HistoryInput& input = inputs.emplace_back();
+    plain(input.path);
+    if (!skip("\",\"sha256\":\"")) return std::nullopt;
+    plain(input.sha256);
+    if (!skip("\"}")) return std::nullopt;
+  }
+  if (inputs.empty() || rest != "]}") return std::nullopt;
+  return std::pair{std::string(line.substr(0, key)) + "}", std::move(inputs)};
+}
+
 }  // namespace
 
 std::string to_json_lines(const History& history) {
@@ -123,13 +155,16 @@ History parse_history(const std::string& text, const std::string& file) {
   for (std::size_t at = 0; at < text.size(); ++n) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     const Where where{file, 0, "history line " + std::to_string(n)};
-    const auto line = text.begin() + static_cast<std::ptrdiff_t>(at);
+    std::string_view line = std::string_view(text).substr(at, end - at);
     at = end + 1;
-    if (line == text.begin() + static_cast<std::ptrdiff_t>(end)) continue;
+    if (line.empty()) continue;
+    auto split = split_plain_inputs(line);
+    if (split) line = split->first;
     EntryReader reader;
-    const bool parsed = Json::sax_parse(line, text.begin() + static_cast<std::ptrdiff_t>(end), &reader);
+    const bool parsed = Json::sax_parse(line.begin(), line.end(), &reader);
     if (reader.bad_seed) refuse(where, "a seed that is no whole number from 0");
     if (!parsed || !reader.whole()) refuse(where, "is not a JSON object with tool, version and argv");
+    if (split) reader.entry.inputs = std::move(split->second);
     history.push_back(std::move(reader.entry));
   }
   return history;

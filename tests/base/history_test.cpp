@@ -96,6 +96,21 @@ TEST(History, WhatIsNotKnownIsPassedOver) {
   EXPECT_EQ(h[0].inputs[0].path, "p");
 }
 
+// The quick way to the inputs and the parser give the same: a blank after the colon sends a text down the other way.
+TEST(History, InputsAreTheSameHoweverTheyAreRead) {
+  for (const std::string path : {"a.bvh", "", "two words/#1 {x}.bvh", "],", "quoted \\\" end", "back\\\\slash", "l\xc3\xa4ufer", "\\u00e4"}) {
+    const std::string head = R"({"tool":"t","version":"1","commit":"c","argv":["t","--x=,[{"],"seed":5,"inputs":)";
+    const std::string inputs = "[{\"path\":\"" + path + "\",\"sha256\":\"s\"},{\"path\":\"b\",\"sha256\":\"\"}]}\n";
+    std::string slow = head + inputs;
+    slow.insert(slow.find("[{\"path"), " ");
+    EXPECT_EQ(to_json_lines(parse_history(head + inputs, "f")), to_json_lines(parse_history(slow, "f"))) << path;
+    EXPECT_EQ(parse_history(head + inputs, "f")[0].inputs.size(), 2u);
+  }
+  for (const std::string bad : {R"({"tool":"t","version":"1","argv":["t"]},"inputs":[{"path":"p","sha256":"s"}]})", R"({"tool":"t","version":"1","argv":["t","inputs":[{"path":"p","sha256":"s"}]})",
+                                R"({"tool":"t","version":"1","argv":["t"],"inputs":[{"path":"p","sha256":"s"}])"})
+    EXPECT_THROW(parse_history(bad, "f"), Error) << bad;
+}
+
 HistoryEntry entry(const std::string& tool, const std::vector<std::string>& inputs) {
   HistoryEntry e{tool, "1", "c", {tool}, std::nullopt, {}};
   for (const auto& i : inputs) e.inputs.push_back({i, "s"});
