@@ -3,7 +3,7 @@
 // Where that leaves a choice: /clips/source_sha256 holds 64 hexadecimal digits, "" for generated motion. An attribute or
 // clip name becomes the name of a dataset under /clips/attributes or /paths with "%" as %25, "/" as %2F and a lone "." as
 // %2E. Texts are UTF-8 without NUL; others are refused. An attribute that no clip labels leaves an all-empty column.
-// Frames are chunked by rows, half a megabyte of rotations to a chunk; a smaller file has one chunk of its own size.
+// Frames are chunked by rows, a quarter of a megabyte of rotations to a chunk; a smaller file has one chunk of its own size.
 #pragma once
 #include <cstdint>
 #include <functional>

@@ -18,11 +18,11 @@ template <class Row>
 std::set<std::string> read_attributes(const h5::Reader& in, const std::string& group, std::vector<Row>& rows, const std::function<Attributes&(Row&)>& of) {
   std::set<std::string> names;
   for (const auto& link : in.list(group)) {
-    const auto column = in.strings(group + "/" + link, {rows.size()});
+    auto column = in.strings(group + "/" + link, {rows.size()});
     const std::string name = h5::unescape_link(link);
     names.insert(name);
     for (std::size_t i = 0; i < rows.size(); ++i)
-      if (!column[i].empty()) of(rows[i]).emplace(name, column[i]);
+      if (!column[i].empty()) of(rows[i]).emplace(name, std::move(column[i]));
   }
   return names;
 }
@@ -46,13 +46,13 @@ ArchiveReader::State::State(const std::string& path, Caching caching) : in(path,
 }
 
 void ArchiveReader::State::read_index(const Complete& complete) {
-  const auto names = in.strings("/clips/name", {h5::kAny});
+  auto names = in.strings("/clips/name", {h5::kAny});
   const std::size_t n = names.size();
   if (n == 0) in.refuse("clips/name", "no clips, expected at least one");
   if (complete.count != n) in.refuse("clips/name", std::to_string(n) + " clips, expected " + std::to_string(complete.count) + " as the attribute complete says");
   const h5::Shape rows{n};
   const auto start = in.values<std::int64_t>("/clips/start", rows), length = in.values<std::int64_t>("/clips/length", rows);
-  const auto source = in.strings("/clips/source", rows), sha256 = in.strings("/clips/source_sha256", rows);
+  auto source = in.strings("/clips/source", rows), sha256 = in.strings("/clips/source_sha256", rows);
   const auto from = in.values<double>("/clips/source_start", rows), to = in.values<double>("/clips/source_end", rows);
   const auto rate = in.values<double>("/clips/source_frame_rate_hz", rows);
   const auto phase = in.values<std::int32_t>("/clips/phase", rows);
@@ -60,16 +60,17 @@ void ArchiveReader::State::read_index(const Complete& complete) {
   const auto bytes = in.values<std::uint8_t>("/clips/digest", {n, 32});
   std::vector<Digest> digests(n);
   clips.resize(n);
+  by_name.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     ClipInfo& c = clips[i];
-    c.name = names[i];
+    c.name = std::move(names[i]);
     if (c.name.empty()) in.refuse("clips/name", "row " + std::to_string(i) + " is empty");
     if (!by_name.emplace(c.name, i).second) in.refuse(clip_object(c), "the name occurs twice, expected unique names");
     c.start = start[i];
     c.length = length[i];
     if (!std::isfinite(from[i]) || !std::isfinite(to[i]) || !std::isfinite(rate[i])) in.refuse(clip_object(c), "source times or rate that are not finite");
-    c.source.path = source[i];
-    c.source.sha256 = sha256[i];
+    c.source.path = std::move(source[i]);
+    c.source.sha256 = std::move(sha256[i]);
     c.source.start_s = from[i];
     c.source.end_s = to[i];
     c.source.frame_rate_hz = rate[i];

@@ -13,6 +13,7 @@
 # setup: def names(d): return sorted(n for p in files(d) for n in col(p, "name"))
 # setup: print(eval(sys.argv[1], {**globals(), "d": sys.argv[2]}))
 # setup: END
+# setup: cp all.h5 mirrored.h5; /usr/bin/python3 -c 'import h5py, numpy as np; f = h5py.File("mirrored.h5", "r+", libver=("v110", "v110")); f["clips/mirrored"][::2] = 1; f["clips/source_yaw"][...] = np.arange(len(f["clips/name"]))'
 # setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; printf 'test.h5\ntrain.h5\nval.h5\n' > three
 
 0 ~^Usage:.motion-split.*-o.DIR motion-split --help
@@ -37,6 +38,11 @@
 
 # by clip: the phases of a file still stay together
 0 true motion-split -q all.h5 --by clip -o clip && ./q 'disjoint(d, "source") and sizes(d, "source") == [48, 8, 8]' clip
+
+# mirrored copies stay with their originals, whatever --by says; where clips lie in their sources is kept
+0 true motion-split -q mirrored.h5 --by clip -o mc && ./q 'disjoint(d, "source") and sizes(d, "source") == [48, 8, 8]' mc
+0 true motion-split -q mirrored.h5 --by subject --ratios 4,2,2 -o ms && ./q 'disjoint(d, "source") and disjoint(d, "attributes/subject")' ms
+0 true motion-split -q mirrored.h5 -o mb && ./q 'all({0, 1} == set(h5py.File(p)["clips/mirrored"][()]) for p in files(d)) and {n: y for p in files(d) for n, y in zip(col(p, "name"), h5py.File(p)["clips/source_yaw"][()])} == dict(zip(col("mirrored.h5", "name"), range(256)))' mb
 
 # balance; report
 0 true motion-split -q all.h5 --balance action --balance gender -o bal --ratios 2,1,1 && ./q 'classes(d) == [[16] * 8, [8] * 8, [8] * 8]' bal
