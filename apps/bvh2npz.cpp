@@ -60,7 +60,7 @@ class Bvh2Npz final : public cli::Tool {
           const auto publish = [&](const std::string& path, const std::string& bytes) {
             if (!context.up_to_date(path, o.entry, read_history)) outputs.write(context, path, bytes);
           };
-          for (const auto& note : o.input->notes()) log::debug("{}: {}", file.label, note);
+          cli::ReadingOptions::report(*o.input, file.label);
           if (!o.archive) return publish(outputs.path_for(file), o.bytes);
           const std::size_t clips = o.input->size();
           if (outputs.one_file() && clips != 1)

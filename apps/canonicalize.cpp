@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "libmocap/base/log.hpp"
@@ -116,6 +117,7 @@ class Canonicalize final : public cli::Tool {
     std::size_t frames = 0, unlabelled = 0, unmatched = 0, files = 0;
     double seconds = 0;
     bool no_row = false;  // of the file at hand in --labels
+    std::map<std::string, std::size_t> found;  // what units, axes and rates the files have
     const auto finish_clip = [&](Clip& clip) {
       std::string unique = clip.name;
       for (int n = 2; !names.insert(unique).second; ++n) unique = fmt::format("{}#{}", clip.name, n);
@@ -126,6 +128,8 @@ class Canonicalize final : public cli::Tool {
       writer.add(clip);
     };
     const auto finish_result = [&](const cli::InputFile& file, Canonicalizer::Result&& result) {
+      const ClipSource& source = result.clips.front().source;
+      ++found[fmt::format("{}, {} up, {:.6g} Hz", source.unit.empty() ? "unit unknown" : source.unit, source.up_axis.empty() ? "?" : source.up_axis, source.frame_rate_hz)];
       for (const auto& note : result.notes) log::info("{}: {}", file.label, note);
       if (result.report) report.add(result.clips.front().name, *result.report);
       std::stable_sort(result.clips.begin(), result.clips.end(), [](const Clip& a, const Clip& b) { return store::source_order(a.source, b.source); });
@@ -140,7 +144,7 @@ class Canonicalize final : public cli::Tool {
           return p;
         },
         [&](const cli::InputFile& file, Prepared&& p) {
-          for (const auto& note : p.input->notes()) log::debug("{}: {}", file.label, note);
+          cli::ReadingOptions::report(*p.input, file.label);
           no_row = labels && labels->of(file.path, file.label).empty();
           for (auto& result : p.results) finish_result(file, std::move(result));
           if (p.results.empty())
@@ -162,6 +166,7 @@ class Canonicalize final : public cli::Tool {
     cli::ReadingOptions::report_unused(read_options_, context);
     if (unmatched > 0) log::warn("--attr-from-path does not match {} of {} files", unmatched, files);
     if (unlabelled > 0) log::warn("{} of {} clips have no row in {}", unlabelled, writer.size(), labels_);
+    log::info("read as {}", read_as(found));
     log::info("{} clips, {} frames, {:.1f} s", writer.size(), frames, seconds);
     return status;
   }
@@ -187,6 +192,15 @@ class Canonicalize final : public cli::Tool {
   static void add_companions(std::vector<HistoryInput>& inputs, const std::vector<HistoryInput>& companions) {
     for (const auto& c : companions)
       if (std::none_of(inputs.rbegin(), inputs.rend(), [&](const HistoryInput& i) { return i.path == c.path && i.sha256 == c.sha256; })) inputs.push_back(c);
+  }
+
+  // "cmu, y up, 120 Hz (87); cm, y up, 60 Hz (1)", the commonest first.
+  static std::string read_as(const std::map<std::string, std::size_t>& found) {
+    std::vector<std::pair<std::string, std::size_t>> ways(found.begin(), found.end());
+    std::stable_sort(ways.begin(), ways.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+    std::string text;
+    for (std::size_t k = 0; k < std::min<std::size_t>(ways.size(), 6); ++k) text += fmt::format("{}{} ({})", k > 0 ? "; " : "", ways[k].first, ways[k].second);
+    return text + (ways.size() > 6 ? fmt::format("; and {} more ways", ways.size() - 6) : "");
   }
 
   static std::string base_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }

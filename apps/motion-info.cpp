@@ -338,10 +338,11 @@ class MotionInfo final : public cli::Tool {
     Result r;
     r.history = in->history();
     r.json = {{"format", in->format()}, {"clips", 1}, {"frames", clip.frames()}, {"seconds", clip.seconds()}, {"frame_rate_hz", clip.frame_rate_hz}, {"attributes", counts},
-              {"notes", in->notes()}, {"sha256", in->sha256()}, {"skeleton", skeleton_json(*clip.skeleton)}, {"history", history_json(r.history)}};
+              {"notes", in->notes()}, {"doubts", in->doubts()}, {"sha256", in->sha256()}, {"skeleton", skeleton_json(*clip.skeleton)}, {"history", history_json(r.history)}};
     r.text = fmt::format("{}: {}, {} frames, {} at {} Hz\n", printable(file.name), in->format(), clip.frames(), duration(clip.seconds()), clip.frame_rate_hz) +
              skeleton_text(*clip.skeleton) + counts_text(counts);
     for (const auto& note : in->notes()) r.text += row("note", printable(note));
+    for (const auto& doubt : in->doubts()) r.text += row("doubt", printable(doubt));
     r.text += history_text(r.history);
     return r;
   }

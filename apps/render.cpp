@@ -20,7 +20,7 @@ class Clips {
   void open(const std::string& path, const std::string& label, const formats::ReadOptions& options) {
     files_.push_back({path == "-" ? "<stdin>" : path, label, formats::open_motion(path, label, options)});
     for (std::size_t i = 0; i < files_.back().input->size(); ++i) index_.push_back({files_.size() - 1, i});
-    for (const auto& note : files_.back().input->notes()) log::debug("{}: {}", label, note);
+    cli::ReadingOptions::report(*files_.back().input, label);
   }
   std::size_t size() const { return index_.size(); }
   std::vector<std::string> names() const {

@@ -37,6 +37,11 @@ formats::ReadOptions ReadingOptions::options() const {
   return o;
 }
 
+void ReadingOptions::report(const formats::MotionInput& input, const std::string& label) {
+  for (const auto& note : input.notes()) log::debug("{}: {}", label, note);
+  for (const auto& doubt : input.doubts()) log::warn("{}: {}", label, doubt);
+}
+
 std::vector<HistoryInput> ReadingOptions::files(const formats::ReadOptions& options) {
   std::vector<HistoryInput> out;
   const auto add = [&](const std::string& path, const std::string& sha256) { out.push_back({std::filesystem::path(path).filename().string(), sha256}); };

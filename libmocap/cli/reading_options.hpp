@@ -15,6 +15,8 @@ class ReadingOptions {
   void add(CLI::App& app);
   formats::ReadOptions options() const;
 
+  // What was found (debug) and doubted (warning) in one input.
+  static void report(const formats::MotionInput& input, const std::string& label);
   // Those files as history records them, by base name.
   static std::vector<HistoryInput> files(const formats::ReadOptions& options);
   // After the batch: a warning for each rule of --fps-override that set no rate (a typo must not pass silently); with

@@ -76,21 +76,30 @@ std::string stem_of(const std::string& label) {
   return stem;
 }
 
+struct Remarks {
+  std::vector<std::string> notes, doubts;
+  void add(const std::vector<std::string>& more_notes, const std::vector<std::string>& more_doubts) {
+    notes.insert(notes.end(), more_notes.begin(), more_notes.end());
+    doubts.insert(doubts.end(), more_doubts.begin(), more_doubts.end());
+  }
+};
+
 // A text or npz file: one clip, held in memory.
 class SingleClip final : public MotionInput {
  public:
-  SingleClip(std::string format, Clip clip, History history, std::vector<std::string> notes, std::string sha256, std::vector<HistoryInput> companions = {})
+  SingleClip(std::string format, Clip clip, History history, Remarks remarks, std::string sha256, std::vector<HistoryInput> companions = {})
       : format_(std::move(format)),
         clip_(std::move(clip)),
         history_(std::move(history)),
-        notes_(std::move(notes)),
+        remarks_(std::move(remarks)),
         sha256_(std::move(sha256)),
         companions_(std::move(companions)) {}
   std::string format() const override { return format_; }
   std::size_t size() const override { return 1; }
   Clip read(std::size_t) const override { return clip_; }
   const History& history() const override { return history_; }
-  const std::vector<std::string>& notes() const override { return notes_; }
+  const std::vector<std::string>& notes() const override { return remarks_.notes; }
+  std::vector<std::string> doubts() const override { return remarks_.doubts; }
   std::string sha256() const override { return sha256_; }
   std::vector<HistoryInput> companions() const override { return companions_; }
 
@@ -98,7 +107,7 @@ class SingleClip final : public MotionInput {
   std::string format_;
   Clip clip_;
   History history_;
-  std::vector<std::string> notes_;
+  Remarks remarks_;
   std::string sha256_;
   std::vector<HistoryInput> companions_;
 };
@@ -154,12 +163,14 @@ std::unique_ptr<MotionInput> open_bvh(const std::string& bytes, const std::strin
   Clip clip = std::move(file.clip);
   assign_roles(clip, options);
   const WorldFrame frame = detect_world_frame(clip, options.unit, options.up);
-  file.notes.insert(file.notes.end(), frame.notes.begin(), frame.notes.end());
-  file.notes.push_back(fmt::format("unit {}, up axis {}, {} Hz", text(frame.unit), text(frame.up), clip.frame_rate_hz));
+  Remarks remarks;
+  remarks.add(file.notes, file.repairs);
+  remarks.add({}, frame.notes);
+  remarks.notes.push_back(fmt::format("unit {}, up axis {}, {} Hz", text(frame.unit), text(frame.up), clip.frame_rate_hz));
   fill_source(clip, label, digest);
   clip.source.unit = text(frame.unit);
-  finish_clip(clip, file.notes, frame, options);
-  return std::make_unique<SingleClip>("bvh", std::move(clip), History{}, std::move(file.notes), digest);
+  finish_clip(clip, remarks.notes, frame, options);
+  return std::make_unique<SingleClip>("bvh", std::move(clip), History{}, std::move(remarks), digest);
 }
 
 void scale_lengths(Clip& clip, double scale) {
@@ -237,21 +248,21 @@ std::unique_ptr<MotionInput> open_amc(const std::string& bytes, const std::strin
   io::AmcFile file = io::parse_amc(bytes, asf, {options.lenient});
   Clip clip = std::move(file.clip);
   assign_roles(clip, options);
-  std::vector<std::string> notes = asf.notes;
-  notes.insert(notes.end(), file.notes.begin(), file.notes.end());
+  Remarks remarks{asf.notes, {}};
+  remarks.add(file.notes, file.repairs);
   const bool scaled = options.unit == Unit::automatic && asf.metres_per_unit > 0;
   if (scaled) scale_lengths(clip, asf.metres_per_unit);
   const WorldFrame frame = detect_world_frame(clip, scaled ? Unit::metre : options.unit, options.up);
-  notes.insert(notes.end(), frame.notes.begin(), frame.notes.end());
+  remarks.add({}, frame.notes);
   if (scaled && frame.leg_length_m > 0 && std::abs(std::log(frame.leg_length_m / kTypicalLeg)) > std::log(1.7))
-    notes.push_back(fmt::format("legs of {:.3g} m by the skeleton's own unit; force another with --unit", frame.leg_length_m));
+    remarks.doubts.push_back(fmt::format("legs of {:.3g} m by the skeleton's own unit; force another with --unit", frame.leg_length_m));
   const std::string unit = scaled ? fmt::format("asf ({:.6g} m)", asf.metres_per_unit) : text(frame.unit);
-  notes.push_back(fmt::format("skeleton {}, unit {}, up axis {}, {} Hz", place.label, unit, text(frame.up), clip.frame_rate_hz));
+  remarks.notes.push_back(fmt::format("skeleton {}, unit {}, up axis {}, {} Hz", place.label, unit, text(frame.up), clip.frame_rate_hz));
   fill_source(clip, label, digest);
   clip.source.unit = scaled ? "asf" : text(frame.unit);
-  finish_clip(clip, notes, frame, options);
+  finish_clip(clip, remarks.notes, frame, options);
   std::vector<HistoryInput> companions{{place.label, to_hex(asf_digest)}};
-  return std::make_unique<SingleClip>("amc", std::move(clip), History{}, std::move(notes), digest, std::move(companions));
+  return std::make_unique<SingleClip>("amc", std::move(clip), History{}, std::move(remarks), digest, std::move(companions));
 }
 
 std::unique_ptr<MotionInput> open_npz(const std::string& bytes, const std::string& label, const std::string& digest, const ReadOptions& options) {
@@ -261,7 +272,7 @@ std::unique_ptr<MotionInput> open_npz(const std::string& bytes, const std::strin
   motion.clip.source.unit = "m";
   motion.clip.source.up_axis = "z";
   if (options.first_frame == FirstFrame::drop && motion.clip.frames() > 1) motion.clip = cut(motion.clip, 1, motion.clip.frames() - 1);
-  return std::make_unique<SingleClip>("npz (" + motion.release + ")", std::move(motion.clip), std::move(motion.history), std::vector<std::string>{}, digest);
+  return std::make_unique<SingleClip>("npz (" + motion.release + ")", std::move(motion.clip), std::move(motion.history), Remarks{}, digest);
 }
 
 // Standard input's archive goes through an unlinked file: HDF5 needs to seek.

@@ -41,7 +41,8 @@ class MotionInput {
   virtual std::string name(std::size_t i) const { return read(i).name; }
   virtual Attributes attributes(std::size_t i) const { return read(i).attributes; }
   virtual const History& history() const = 0;              // what the file itself carries
-  virtual const std::vector<std::string>& notes() const = 0;  // what was detected or repaired, one line each
+  virtual const std::vector<std::string>& notes() const = 0;  // what was detected, one line each
+  virtual std::vector<std::string> doubts() const { return {}; }  // what is worth a warning: repairs, units and axes that are guesses
   virtual std::string sha256() const = 0;                  // of the file's bytes
   virtual std::vector<HistoryInput> companions() const { return {}; }  // files read along with it: an AMC's ASF
   virtual std::string contacts_rule() const { return {}; }  // archives: theirs

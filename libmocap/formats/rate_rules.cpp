@@ -54,6 +54,8 @@ class WithRate final : public MotionInput {
   Attributes attributes(std::size_t i) const override { return input_->attributes(i); }
   const History& history() const override { return input_->history(); }
   const std::vector<std::string>& notes() const override { return notes_; }
+  std::vector<std::string> doubts() const override { return input_->doubts(); }
+  std::vector<HistoryInput> companions() const override { return input_->companions(); }
   std::string sha256() const override { return input_->sha256(); }
 
  private:

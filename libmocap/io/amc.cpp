@@ -273,7 +273,7 @@ void AmcReader::close_frame() {
     const std::string what = fmt::format("{} bones, expected {}: without {}", listed_, needed_count_, absent);
     if (opened_ == 1 && options_.lenient && needed_[0] && seen_in_[0] == opened_) {
       held_ = frame_object() + ": " + what;
-      out_.notes.push_back("bones that the first frame lacks are held at 0: " + absent);
+      out_.repairs.push_back("bones that the first frame lacks are held at 0: " + absent);
       for (std::size_t i = 0; i < targets_.size(); ++i)
         if (needed_[i] && seen_in_[i] != opened_) {
           needed_[i] = 0;
@@ -332,9 +332,9 @@ void AmcReader::run() {
   if (rows_.frames == 0) refuse({{}, first_left_out_line_, {}}, "no whole frame: " + first_left_out_);
   if (rows_.frames == 1 && !held_.empty()) refuse({{}, number_line_, {}}, "no whole frame: " + held_);
   if (left_out_ > 0)
-    out_.notes.push_back(fmt::format("line {}: {}; frames left out: {}, kept: {}", first_left_out_line_, first_left_out_, left_out_, rows_.frames));
-  if (unknown_ > 0) out_.notes.push_back(fmt::format("{}; lines left out: {}", first_unknown_, unknown_));
-  if (jumps_ > 0) out_.notes.push_back(fmt::format("{}; jumps kept as they are: {}", first_jump_, jumps_));
+    out_.repairs.push_back(fmt::format("line {}: {}; frames left out: {}, kept: {}", first_left_out_line_, first_left_out_, left_out_, rows_.frames));
+  if (unknown_ > 0) out_.repairs.push_back(fmt::format("{}; lines left out: {}", first_unknown_, unknown_));
+  if (jumps_ > 0) out_.repairs.push_back(fmt::format("{}; jumps kept as they are: {}", first_jump_, jumps_));
   out_.clip.rotations.resize(rows_.frames * asf_.joints.size());
   out_.clip.root_position.resize(rows_.frames);
   out_.clip.skeleton = asf_.skeleton;

@@ -55,13 +55,14 @@ struct Asf {
 Asf parse_asf(std::string_view text);
 
 struct AmcReadOptions {
-  bool lenient = false;  // leave out frames that are not whole and lines of unknown bones, with a note
+  bool lenient = false;  // leave out frames that are not whole and lines of unknown bones (AmcFile::repairs)
 };
 
 struct AmcFile {
   Clip clip;                       // the skeleton of the Asf, its units and axes, radians; name empty
   bool rate_known = false;         // whether the file says (:SAMPLES-PER-SECOND); otherwise the rate is 120 Hz, as CMU's
   std::vector<std::string> notes;  // not the Asf's
+  std::vector<std::string> repairs;  // what `lenient` left out or made up, and jumps of the frame numbers: worth a warning
 };
 
 // Parses the text of an AMC. Angles are degrees or radians as it says (:DEGREES, :RADIANS), else as the ASF says. Every

@@ -16,12 +16,13 @@
 namespace mocap::io {
 
 struct BvhReadOptions {
-  bool lenient = false;  // leave out rows of the wrong width and take the frames that are there, with a note
+  bool lenient = false;  // leave out rows of the wrong width and take the frames that are there (BvhFile::repairs)
 };
 
 struct BvhFile {
   Clip clip;                        // file units and axes, radians; name empty; rate snapped (see snap_frame_rate)
   std::vector<std::string> notes;   // what a careful reader would want to know: one line each
+  std::vector<std::string> repairs;  // what `lenient` left out: worth a warning
   std::vector<std::string> orders;  // [J] rotation channels of each joint in file order, e.g. "ZYX", "" without
 };
 

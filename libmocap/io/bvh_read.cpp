@@ -254,10 +254,10 @@ void MotionReader::run() {
     fail(frames_line_,
          misfits_ ? "no row of the right width: " + first_misfit_text_ : "no frames, expected at least one");
   if (misfits_)
-    out_.notes.push_back("line " + std::to_string(first_misfit_) + ": " + first_misfit_text_ +
+    out_.repairs.push_back("line " + std::to_string(first_misfit_) + ": " + first_misfit_text_ +
                          "; rows like it left out: " + std::to_string(misfits_));
   if (plan_.rows.frames != declared_)
-    out_.notes.push_back("Frames: " + std::to_string(declared_) + " declared, kept " + std::to_string(plan_.rows.frames) +
+    out_.repairs.push_back("Frames: " + std::to_string(declared_) + " declared, kept " + std::to_string(plan_.rows.frames) +
                          " whole ones");
   out_.clip.rotations.resize(plan_.rows.frames * joints);
   out_.clip.root_position.resize(plan_.rows.frames);

@@ -147,7 +147,7 @@ TEST_F(MotionInputTest, LegsThatContradictTheUnit) {
   for (std::size_t at = 0; (at = motion.find("shin", at)) != std::string::npos; at += 5) motion.insert(at, "l");
   put("a.asf", text);
   put("a.amc", motion);
-  const auto notes = open("a.amc")->notes();  // 7 units of 0.056 m from hip to ankle
+  const auto notes = open("a.amc")->doubts();  // 7 units of 0.056 m from hip to ankle
   const std::string doubt = "legs of 0.395 m by the skeleton's own unit; force another with --unit";
   EXPECT_NE(std::find(notes.begin(), notes.end(), doubt), notes.end()) << testing::PrintToString(notes);
 }

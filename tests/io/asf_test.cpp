@@ -348,7 +348,7 @@ TEST(Amc, LenientKeepsWholeFrames) {
     const AmcFile f = read(name, "plain", true);
     EXPECT_EQ(f.clip.frames(), frames) << name;
     EXPECT_EQ(f.clip.rotations.size(), 4 * frames) << name;
-    EXPECT_EQ(f.notes.back(), note);
+    EXPECT_EQ(f.repairs.back(), note);
     EXPECT_EQ(f.clip.root_position[0], plain.root_position[0]);
     for (std::size_t j = 0; j < 4; ++j) EXPECT_EQ(f.clip.rotations[j].coeffs(), plain.rotations[j].coeffs()) << name;
   };
@@ -362,7 +362,7 @@ TEST(Amc, LenientKeepsWholeFrames) {
   check("bad_number_skipped", 3, "line 8: frame 4 follows frame 1, expected 2; jumps kept as they are: 2");
   const AmcFile without = read("bad_always_missing", "plain", true);
   EXPECT_EQ(without.clip.frames(), 3u);
-  EXPECT_EQ(without.notes.back(), "bones that the first frame lacks are held at 0: shin");
+  EXPECT_EQ(without.repairs.back(), "bones that the first frame lacks are held at 0: shin");
   for (std::size_t t = 0; t < 3; ++t) EXPECT_EQ(without.clip.rotations[4 * t + 3].coeffs(), Quaternion::Identity().coeffs());
   // Damaged numbers stay refused, and so does a file without one whole frame.
   for (const char* name : {"bad_nan", "bad_decimal_comma", "bad_empty", "bad_rate"})

@@ -248,15 +248,15 @@ TEST(BvhRead, LenientKeepsWholeFrames) {
     const BvhFile f = read(name, true);
     EXPECT_EQ(f.clip.frames(), frames) << name;
     EXPECT_EQ(f.clip.rotations.size(), 2 * frames) << name;
-    ASSERT_FALSE(f.notes.empty()) << name;
-    EXPECT_EQ(f.notes.back(), note);
+    ASSERT_FALSE(f.repairs.empty()) << name;
+    EXPECT_EQ(f.repairs.back(), note);
     EXPECT_EQ(f.clip.root_position.back(), plain.root_position.back()) << name;
   };
   check("bad_fewer_rows", 3, "Frames: 5 declared, kept 3 whole ones");
   check("bad_more_rows", 3, "Frames: 2 declared, kept 3 whole ones");
   check("bad_row_short", 2, "Frames: 3 declared, kept 2 whole ones");
   check("bad_row_long", 2, "Frames: 3 declared, kept 2 whole ones");
-  EXPECT_EQ(read("bad_row_long", true).notes[0],
+  EXPECT_EQ(read("bad_row_long", true).repairs[0],
             "line 20: frame 1 has 10 numbers, expected 9 (6 + 1 x 3 channels); rows like it left out: 1");
   const BvhFile line = read("bad_one_line_partial", true);
   EXPECT_EQ(line.clip.frames(), 3u);
