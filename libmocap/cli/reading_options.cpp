@@ -11,7 +11,7 @@ namespace mocap::cli {
 
 void ReadingOptions::add(CLI::App& app) {
   app.add_option("--unit", unit_, "length unit of the input; auto goes by the ASF or the length of the legs; cmu is 1/0.45 inch")
-      ->check(one_of({"auto", "m", "cm", "mm", "in", "cmu"}));
+      ->check(one_of({"auto", "m", "dm", "cm", "mm", "in", "cmu"}));
   app.add_option("--up", up_, "axis that points up in the input; auto goes by the rest pose")->check(one_of({"auto", "y", "z"}));
   app.add_option("--first-frame", first_frame_, "keep or drop a first frame that is a calibration pose; auto drops it where it is one")
       ->check(one_of({"auto", "keep", "drop"}));
@@ -24,6 +24,7 @@ void ReadingOptions::add(CLI::App& app) {
 formats::ReadOptions ReadingOptions::options() const {
   formats::ReadOptions o;
   o.unit = unit_ == "m"     ? Unit::metre
+           : unit_ == "dm"  ? Unit::decimetre
            : unit_ == "cm"  ? Unit::centimetre
            : unit_ == "mm"  ? Unit::millimetre
            : unit_ == "in"  ? Unit::inch

@@ -40,10 +40,21 @@ std::array<FootTrack, 4> foot_tracks(const Clip& clip) {
   return tracks;
 }
 
-double percentile(std::vector<double> values, double p) {
-  const auto at = static_cast<std::ptrdiff_t>(std::lround(p * static_cast<double>(values.size() - 1)));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+// Of weighted values, interpolated between them: a value or weight that moves a little moves it a little.
+double quantile(std::vector<std::pair<double, double>> values, double p) {
+  std::sort(values.begin(), values.end());
+  double total = 0, below = 0;
+  for (const auto& [value, weight] : values) total += weight;
+  // Each value stands at the middle of its weight.
+  double last_at = 0, last = values.front().first;
+  for (const auto& [value, weight] : values) {
+    const double at = (below + weight / 2) / total;
+    if (at >= p) return at > last_at ? last + (value - last) * (p - last_at) / (at - last_at) : value;
+    below += weight;
+    last_at = at;
+    last = value;
+  }
+  return last;
 }
 
 // Turns runs of `value` shorter than `least` into the other value; runs at the ends stay.
@@ -61,7 +72,8 @@ void drop_short_runs(std::vector<std::array<std::uint8_t, 2>>& labels, std::size
 
 double floor_height(const Clip& clip) {
   const auto tracks = foot_tracks(clip);
-  std::vector<double> slow, all;
+  std::vector<std::pair<double, double>> slow, all;  // height, weight
+  double weights = 0;
   for (std::size_t t = 0; t < clip.frames(); ++t) {
     double low = std::numeric_limits<double>::infinity(), speed = 0;
     for (const auto& track : tracks)
@@ -70,11 +82,13 @@ double floor_height(const Clip& clip) {
         speed = track.speed(t, clip.frame_rate_hz);
       }
     if (!std::isfinite(low)) return 0;
-    all.push_back(low);
-    if (speed < 0.25) slow.push_back(low);
+    all.emplace_back(low, 1);
+    const double weight = std::clamp((0.30 - speed) / 0.10, 0.0, 1.0);
+    if (weight > 0) slow.emplace_back(low, weight);
+    weights += weight;
   }
   if (all.empty()) return 0;
-  return slow.size() >= 5 ? percentile(std::move(slow), 0.25) : percentile(std::move(all), 0.05);
+  return weights >= 5 ? quantile(std::move(slow), 0.25) : quantile(std::move(all), 0.05);
 }
 
 double set_on_ground(Clip& clip) {

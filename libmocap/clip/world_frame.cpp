@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/skeleton/joint_map.hpp"
@@ -30,19 +31,13 @@ double extent(const Clip& raw) {
   return (high - low).maxCoeff();
 }
 
-constexpr Unit kCandidates[] = {Unit::metre, Unit::centimetre, Unit::millimetre, Unit::inch, Unit::cmu};
+constexpr Unit kCandidates[] = {Unit::metre, Unit::decimetre, Unit::centimetre, Unit::millimetre, Unit::inch, Unit::cmu};
 
 Unit nearest_unit(double length, double typical, double& factor) {
-  Unit best = Unit::metre;
-  factor = 1e300;
-  for (const Unit u : kCandidates) {
-    const double f = std::abs(std::log(length * metres_per(u) / typical));
-    if (f < factor) {
-      factor = f;
-      best = u;
-    }
-  }
-  factor = std::exp(factor);
+  const auto away = [&](Unit u) { return std::abs(std::log(length * metres_per(u) / typical)); };
+  const auto score = [&](Unit u) { return away(u) + (u == Unit::decimetre ? std::log(1.15) : 0); };
+  const Unit best = *std::min_element(std::begin(kCandidates), std::end(kCandidates), [&](Unit a, Unit b) { return score(a) < score(b); });
+  factor = std::exp(away(best));
   return best;
 }
 
@@ -72,6 +67,7 @@ Vector3 body_axis(const Clip& raw) {
 double metres_per(Unit unit) {
   switch (unit) {
     case Unit::metre: return 1;
+    case Unit::decimetre: return 0.1;
     case Unit::centimetre: return 0.01;
     case Unit::millimetre: return 0.001;
     case Unit::inch: return 0.0254;
@@ -85,6 +81,7 @@ std::string text(Unit unit) {
   switch (unit) {
     case Unit::automatic: return "auto";
     case Unit::metre: return "m";
+    case Unit::decimetre: return "dm";
     case Unit::centimetre: return "cm";
     case Unit::millimetre: return "mm";
     case Unit::inch: return "in";
