@@ -64,18 +64,21 @@ class Finder {
     }
     return -1;
   }
-  // A joint without side, by words; the one nearest to the root (or farthest from it).
-  int centre(const std::vector<Words>& spellings, bool farthest = false) const {
-    for (const Words& words : spellings) {
-      int best = -1;
-      for (int j = 0; j < skeleton_.joint_count(); ++j) {
-        const JointName& n = names_[static_cast<std::size_t>(j)];
-        if (n.side != Side::none || n.words != words) continue;
-        if (best < 0 || (farthest ? depth(j) > depth(best) : rank(j) < rank(best))) best = j;
-      }
-      if (best >= 0) return best;
-    }
+  // A joint without side, by words: the best spelling, of that the joint nearest to the root.
+  int centre(const std::vector<Words>& spellings) const {
+    for (const Words& words : spellings)
+      if (const int j = nearest({words}); j >= 0) return j;
     return -1;
+  }
+  // The one nearest to the root (or farthest from it) of all that are spelt so.
+  int nearest(const std::vector<Words>& spellings, bool farthest = false) const {
+    int best = -1;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      const JointName& n = names_[static_cast<std::size_t>(j)];
+      if (n.side != Side::none || std::find(spellings.begin(), spellings.end(), n.words) == spellings.end()) continue;
+      if (best < 0 || (farthest ? depth(j) > depth(best) : rank(j) < rank(best))) best = j;
+    }
+    return best;
   }
 
   bool below(int joint, int ancestor) const {
@@ -157,15 +160,29 @@ void match_spine(const Skeleton& s, const Finder& find, int pelvis, int top, boo
 
 // Where the spine ends: neck and head, whatever the rig has of them.
 void match_head(const Finder& find, JointMap& map) {
-  int head = find.centre({Words{"head"}}), neck = find.centre({Words{"neck"}, Words{"low", "neck"}});
+  // "lowerneck" below "Neck" in one convention, below "upperneck" in another: the neck is the lowest of them.
+  int head = find.centre({Words{"head"}}), neck = find.nearest({Words{"neck"}, Words{"low", "neck"}});
+  if (neck < 0) neck = find.nearest({Words{"neck", "twist"}});
   if (head < 0) {
-    head = find.centre({Words{"neck", "up"}, Words{"neck"}}, true);
+    head = find.nearest({Words{"neck", "up"}, Words{"neck"}}, true);
     if (head == neck) head = -1;
   }
   if (neck >= 0 && head >= 0 && !find.below(head, neck)) neck = -1;
   const auto set = [&](const char* name, int joint) { map.source[static_cast<std::size_t>(canonical_index(name))] = joint; };
   set("head", head);
   set("neck", neck);
+}
+
+// A spine that goes on beyond the arms under its own name ("spine.004" to "spine.006") is neck and head.
+void match_unnamed_head(const Skeleton& s, const Finder& find, int chest, JointMap& map) {
+  int neck = -1, head = -1;
+  for (int j = chest + 1; chest >= 0 && j < s.joint_count(); ++j) {
+    if (find.parent(j) != (head < 0 ? chest : head) || find.name(j).side != Side::none || find.name(j).words.empty() || find.name(j).words != find.name(chest).words) continue;
+    head = j;
+    if (neck < 0) neck = j;
+  }
+  map.source[static_cast<std::size_t>(canonical_index("head"))] = head;
+  map.source[static_cast<std::size_t>(canonical_index("neck"))] = neck == head ? -1 : neck;
 }
 
 bool has(const Skeleton& s, std::initializer_list<const char*> names) {
@@ -260,9 +277,11 @@ JointMap by_name(const Skeleton& s) {
   const int pelvis = legs >= 0 && legs != thigh[0] && legs != thigh[1] ? legs : named >= 0 ? named : 0;
   set("pelvis", pelvis);
   match_head(find, map);
+  const int chest = find.common_ancestor(arm[0], arm[1]);
+  if (map.source_of("neck") < 0 && map.source_of("head") < 0) match_unnamed_head(s, find, chest, map);
   const int neck = map.source_of("neck") >= 0 ? map.source_of("neck") : map.source_of("head");
   if (neck >= 0) match_spine(s, find, pelvis, neck, false, map);
-  else if (const int chest = find.common_ancestor(arm[0], arm[1]); chest >= 0) match_spine(s, find, pelvis, chest, true, map);
+  else if (chest >= 0) match_spine(s, find, pelvis, chest, true, map);
   return map;
 }
 
