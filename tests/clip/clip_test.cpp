@@ -28,7 +28,7 @@ Clip sample() {
     c.contacts.push_back({static_cast<std::uint8_t>(t % 2), 1});
   }
   c.attributes = {{"action", "walking"}};
-  c.source = {"walk.bvh", "aa", 2.0, 2.5, 120, 3, true};
+  c.source = {"walk.bvh", "aa", 2.0, 2.5, 120, 3, true, "cm", "y"};
   c.segments = {{0, 3, {{"action", "walking"}}}, {3, 3, {{"action", "jogging"}}}};
   c.path = {{0, 0}, {5, 0}};
   return c;

@@ -40,7 +40,7 @@ void expect_same_motion(const Clip& a, const Clip& b) {
 TEST(Archive, GivesBackWhatWasWritten) {
   Clip walk = with_contacts(sample_clip("walk 01", 40, 1)), run = with_contacts(sample_clip("run", 1, 2));
   walk.attributes = {{"action", "walking"}, {"gender", "female"}};
-  walk.source = {"sub/walk.bvh", std::string(64, 'b'), 0.5, 1.75, 120, 3, true};
+  walk.source = {"sub/walk.bvh", std::string(64, 'b'), 0.5, 1.75, 120, 3, true, "cm", "y"};
   walk.segments = {{0, 10, {{"action", "walking"}}}, {10, 30, {{"action", "jogging"}, {"speed", "fast"}}}};
   walk.path = {{0, 0}, {1, 0.5}, {2, 0.25}};
   run.attributes = {{"action", ""}};

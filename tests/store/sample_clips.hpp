@@ -24,7 +24,7 @@ inline Clip sample_clip(const std::string& name, std::size_t frames, std::uint64
     for (std::size_t j = 0; j < joints; ++j) clip.rotations.push_back(exp_map(axis[j] * std::sin(phase + static_cast<double>(j))));
     clip.root_position.emplace_back(0.03 * static_cast<double>(t), std::sin(phase), 0.9);
   }
-  clip.source = {name + ".bvh", std::string(64, 'a'), 0, clip.seconds(), 120, 0, false};
+  clip.source = {name + ".bvh", std::string(64, 'a'), 0, clip.seconds(), 120, 0, false, "", ""};
   return clip;
 }
 
