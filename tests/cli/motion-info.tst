@@ -26,7 +26,7 @@
 0 ~attribute...action:.jogging.1,.walking.1$ motion-info two.h5
 0 ~attribute...gender:.\(none\).1,.female.1$ motion-info two.h5
 0 ~contacts....preset:default motion-info two.h5
-0 ~last........canonicalize.--contacts=default motion-info two.h5
+0 ~last........canonicalize.--alignment=auto.--body=canonical.--contacts=default motion-info two.h5
 0 ~clip.*a:.*action=walking.gender=female,.from.a\.bvh motion-info --list two.h5
 1 . motion-info two.h5 | grep -q '^  clip '
 0 ~^<stdin>:.motion.archive,.2.clips motion-info - < two.h5
@@ -36,7 +36,7 @@
 0 true motion-info --json two.h5 good.bvh | ./j 'isinstance(d, list) and [x["format"] for x in d] == ["archive", "bvh"]'
 
 # its history is a script
-0 ~^canonicalize.--contacts=default.*--fps=30 motion-info --history two.h5
+0 ~^canonicalize.--alignment=auto.--body=canonical.--contacts=default.*--fps=30 motion-info --history two.h5
 0 ~^#.input.[0-9a-f]{64}..a\.bvh$ motion-info --history two.h5
 0 . motion-info --history two.h5 | sh -n
 2 ~exclude motion-info --history --json two.h5

@@ -83,6 +83,25 @@ TEST(LegReach, TheLimitIsSoft) {
   EXPECT_NEAR(leg.ankle().norm(), kFull * (1 - 0.005 * std::exp(-1)), 1e-9);
 }
 
+TEST(LegReach, ALegThatComesStraightStaysStraight) {
+  for (const double bend : {0.0, 1e-4, 0.01, 0.05, 0.1, 0.2}) {
+    LegPose leg = LegPose::bent(bend, exp_map(Vector3(0.2, -0.4, 0.3)));
+    const LegPose before = leg;
+    reach(Vector3::Zero(), kThigh, kShank, leg.ankle(), leg.hip, leg.knee);
+    EXPECT_LT(geodesic_distance(leg.hip, before.hip), 2e-6) << bend;
+    EXPECT_LT(geodesic_distance(leg.knee, before.knee), 2e-6) << bend;
+    // And reaches for what lies beyond no faster than it comes nearer.
+    double last = before.ankle().norm();
+    for (double d = last; d < 1.05 * kFull; d += 1e-4) {
+      LegPose further = before;
+      reach(Vector3::Zero(), kThigh, kShank, d * before.ankle().normalized(), further.hip, further.knee);
+      EXPECT_GE(further.ankle().norm(), last - 1e-12);
+      EXPECT_LT(further.ankle().norm(), std::min(last + 1.01e-4, kFull + 1e-12));
+      last = further.ankle().norm();
+    }
+  }
+}
+
 TEST(LegReach, OddTargetsStayFinite) {
   const LegPose starts[] = {LegPose::bent(0), LegPose::bent(1e-9), LegPose::bent(1), LegPose::bent(std::numbers::pi), LegPose::bent(-0.2), LegPose::bent(0.5, exp_map(Vector3(3, 0, 0)))};
   const Vector3 targets[] = {{0, 0, 0}, {0, 0, -1e-9}, {0, 0, -1e-5}, {0, 0, -0.01}, {0, 0, 0.83}, {0, 0, -1e6}, {1e6, -1e6, 1e6}, {0, 0.5, 0}, {0, 0, -kFull}, {0, 0, -(kThigh - kShank)}};

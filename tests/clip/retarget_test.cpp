@@ -91,6 +91,36 @@ TEST(Retarget, SameBodyUnderOtherNamesIsUnchanged) {
   for (std::size_t t = 0; t < clip.frames(); ++t) EXPECT_LT((clip.root_position[t] - out.root_position[t]).norm(), 1e-9);
 }
 
+// What an exported archive holds: the canonical joints, depth first.
+TEST(Retarget, TheCanonicalBodyInAnotherOrderIsUnchanged) {
+  std::vector<std::size_t> order;
+  const auto children = canonical_body()->children();
+  const auto visit = [&](const auto& self, std::size_t j) -> void {
+    order.push_back(j);
+    for (const int c : children[j]) self(self, static_cast<std::size_t>(c));
+  };
+  visit(visit, 0);
+  auto s = std::make_shared<Skeleton>();
+  for (const std::size_t j : order) {
+    s->joint_names.push_back(canonical_body()->joint_names[j]);
+    const int p = canonical_body()->parents[j];
+    s->parents.push_back(p < 0 ? -1 : s->find(canonical_body()->joint_names[static_cast<std::size_t>(p)]));
+    s->rest_offsets.push_back(canonical_body()->rest_offsets[j]);
+  }
+  for (const auto& e : canonical_body()->end_sites) s->end_sites.push_back({s->find(canonical_body()->joint_names[static_cast<std::size_t>(e.parent)]), e.offset});
+  // Knees from straight to bent: straight ones as well.
+  Clip clip = test::walk(canonical_body(), {.seconds = 2}).clip;
+  const auto knee = static_cast<std::size_t>(canonical_body()->find("left_knee"));
+  for (std::size_t t = 0; t < clip.frames(); ++t) clip.frame(t)[knee] = exp_map(Vector3(0, 0.001 * static_cast<double>(t % 100), 0));
+  make_sign_continuous(clip);
+  Clip ordered = clip;
+  ordered.skeleton = s;
+  for (std::size_t t = 0; t < clip.frames(); ++t)
+    for (std::size_t k = 0; k < 22; ++k) ordered.frame(t)[k] = clip.frame(t)[order[k]];
+  const Clip out = Retargeter(s).apply(ordered);
+  for (std::size_t i = 0; i < clip.rotations.size(); ++i) ASSERT_LT(geodesic_distance(clip.rotations[i], out.rotations[i]), 5e-6) << i;
+}
+
 TEST(Retarget, BoneDirectionsFollowAnyRestPose) {
   for (const double yaw : {0.0, 1.0, -2.5})
     for (const bool arms_down : {false, true}) {

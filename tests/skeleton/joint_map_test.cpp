@@ -333,6 +333,15 @@ TEST(JointMap, ByHand) {
   EXPECT_EQ(map.source_of("left_wrist"), -1);
   EXPECT_EQ(name_of(s, map.source_of("right_wrist")), "RightHand");
   EXPECT_EQ(map_to_canonical(s, {}).source, map_to_canonical(s).source);
+  // The others are looked for around those that were named: toes below the ankle, the pelvis where the legs meet, the spine up from it.
+  const Skeleton t = test::rig("Root(Middle(Bone%1(Bone%2(Bone%3(*ToeBase))),Spine=6(Chest=12(Neck=11(Head),Arm%1(*ForeArm(*Hand))))))");
+  std::map<std::string, std::string> limbs;
+  for (const bool left : {true, false})
+    for (const auto& [part, joint] : {std::pair{"hip", "Bone%1"}, {"knee", "Bone%2"}, {"ankle", "Bone%3"}, {"shoulder", "Arm%1"}}) limbs[(left ? "left_" : "right_") + std::string(part)] = test::on_side(joint, left);
+  expect_map(t, map_to_canonical(t, limbs), "Middle|Spine|-|Chest|Neck|Head", "-|Arm%1|*ForeArm|*Hand|Bone%1|Bone%2|Bone%3|*ToeBase");
+  limbs["left_foot"] = limbs["right_foot"] = limbs["head"] = limbs["spine3"] = "";
+  limbs["pelvis"] = "Root";
+  expect_map(t, map_to_canonical(t, limbs), "Root|Middle|Spine|-|Neck|-", "-|Arm%1|*ForeArm|*Hand|Bone%1|Bone%2|Bone%3|-");
   const auto message = [&](const std::map<std::string, std::string>& hand) {
     try {
       map_to_canonical(s, hand);

@@ -80,8 +80,10 @@ TEST(RestPose, WhatDoesNotStandHasNone) {
       return Quaternion::Identity();
     };
   };
+  EXPECT_FALSE(none(posed(bent({"pelvis"}, Vector3::Zero()))));                                    // the body itself stands
   EXPECT_TRUE(none(posed(bent({"_hip"}, Vector3(0, -1.5, 0)))));                                   // sitting, legs straight ahead
-  EXPECT_TRUE(none(posed(bent({"pelvis"}, Vector3::Zero()), Quaternion::Identity())) == false);    // the body itself stands
+  const auto chair = [](const std::string& name) { return name.ends_with("_hip") ? exp_map(Vector3(0, -1.5, 0)) : name.ends_with("_knee") ? exp_map(Vector3(0, 1.5, 0)) : Quaternion::Identity(); };
+  EXPECT_TRUE(none(posed(chair)));                                                                 // sitting on a chair
   EXPECT_TRUE(none(posed(bent({"left_hip"}, Vector3(0, -1.5, 0)))));                               // a kick
   EXPECT_TRUE(none(posed(bent({"spine1"}, Vector3(0, 1.6, 0)))));                                  // bent double
   EXPECT_TRUE(none(posed(bent({"left_hip", "left_knee"}, Vector3(0, 1.2, 0)))));                   // on one leg, heel to the seat
