@@ -17,7 +17,7 @@
 // that legs of unequal length do not change how far a knee is bent; v_s and v_c lead from ankle to toe base on the scaled source and on
 // the canonical foot, Y is the foot's heading, and w rises from 0 to 1 as the foot comes down from 15 to 5 degrees on its heel: on the
 // heel the ankle moves as the source's does, flat (c = 0) and on the toes the toe base does. With the heel lifted from 45 to 75 degrees w
-// falls to 0 again: the foot swings. Reach is limited softly over the last 0.5 % of the leg.
+// falls to 0 again: the foot swings. Reach is limited softly over the last 0.5 % of the leg, unless the source's own knee is as straight.
 #pragma once
 #include <memory>
 

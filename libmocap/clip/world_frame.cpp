@@ -174,7 +174,7 @@ void require_right_handed(const Clip& clip) {
   Pose pose;
   const auto at = [&](const std::string& name) { return pose.positions[static_cast<std::size_t>(map.source_of(name))]; };
   double toes = 0, knees = 0;
-  std::size_t seen = 0;
+  std::size_t seen = 0, stood = 0;  // frames, and legs in them that stood
   const std::size_t step = std::max<std::size_t>(1, clip.frames() / 128);
   const bool has_toes = map.source_of("left_foot") >= 0 && map.source_of("right_foot") >= 0;
   for (std::size_t t = 0; t < clip.frames(); t += step) {
@@ -188,20 +188,23 @@ void require_right_handed(const Clip& clip) {
       const std::string p = side;
       const Vector3 thigh = (at(p + "knee") - at(p + "hip")).normalized(), shank = (at(p + "ankle") - at(p + "knee")).normalized();
       knees += thigh.cross(shank).dot(across.normalized()) / 2;  // sine of the bend; positive: the heel rises behind
-      if (!has_toes) continue;
+      // Bent double, toes point where the chest does not: only a leg in line with the trunk tells.
+      if (!has_toes || thigh.dot(trunk.normalized()) > -0.5) continue;
       // Across the shank, so that a leg swung back does not count.
       Vector3 toe = at(p + "foot") - at(p + "ankle"), ahead = forward;
       toe -= toe.dot(shank) * shank;
       ahead -= ahead.dot(shank) * shank;
-      if (toe.norm() > 1e-6 && ahead.norm() > 1e-6) toes += toe.normalized().dot(ahead.normalized()) / 2;
+      if (toe.norm() > 1e-6 && ahead.norm() > 1e-6) toes += toe.normalized().dot(ahead.normalized()), ++stood;
     }
   }
   if (seen == 0) return;
-  toes /= static_cast<double>(seen), knees /= static_cast<double>(seen);
-  if (has_toes ? toes < -0.3 && knees < 0.05 : knees < -0.1)
+  knees /= static_cast<double>(seen);
+  const bool by_toes = 5 * stood > seen;  // a tenth of the legs seen
+  if (by_toes) toes /= static_cast<double>(stood);
+  if (by_toes ? toes < -0.3 && knees < 0.05 : knees < -0.1)
     refuse({{}, 0, "clip " + clip.name},
            fmt::format("left and right are exchanged, or the axes are left-handed: with the left side at the left {}the knees bend {}, expected a right-handed file",
-                       has_toes ? "the toes point backwards and " : "", knees < 0 ? "forwards" : "hardly"),
+                       by_toes ? "the toes point backwards and " : "", knees < 0 ? "forwards" : "hardly"),
            "a reflection is no rotation; export the file again with right-handed axes");
 }
 

@@ -41,7 +41,8 @@ std::size_t calibration_frames(const Clip& clip);
 // Refuses reflections: no rotation turns a left-handed capture into a right-handed one, and what calls itself left is then right.
 // Judged by anatomy over up to 128 frames: with left and right as the joints are named, the toes of a person who stands or walks point
 // where the body faces, and knees bend so that the heels rise behind. Error(data) where both feet point backwards (mean cosine
-// below -0.3) and no knee says otherwise, or the knees bend forwards on a rig without toes. Clips that show neither pass.
+// below -0.3, legs in line with the trunk alone) and no knee says otherwise, or the knees bend forwards on a rig without toes or that never
+// stands. Clips that show neither pass.
 void require_right_handed(const Clip& clip);
 
 // Moves and turns the whole clip: the root of frame 0 above the origin, facing +X. Heights are untouched; source.origin and

@@ -64,18 +64,21 @@ class Finder {
     }
     return -1;
   }
-  // A joint without side, by words; the one nearest to the root (or farthest from it).
-  int centre(const std::vector<Words>& spellings, bool farthest = false) const {
-    for (const Words& words : spellings) {
-      int best = -1;
-      for (int j = 0; j < skeleton_.joint_count(); ++j) {
-        const JointName& n = names_[static_cast<std::size_t>(j)];
-        if (n.side != Side::none || n.words != words) continue;
-        if (best < 0 || (farthest ? depth(j) > depth(best) : rank(j) < rank(best))) best = j;
-      }
-      if (best >= 0) return best;
-    }
+  // A joint without side, by words: the best spelling, of that the joint nearest to the root.
+  int centre(const std::vector<Words>& spellings) const {
+    for (const Words& words : spellings)
+      if (const int j = nearest({words}); j >= 0) return j;
     return -1;
+  }
+  // The one nearest to the root (or farthest from it) of all that are spelt so.
+  int nearest(const std::vector<Words>& spellings, bool farthest = false) const {
+    int best = -1;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      const JointName& n = names_[static_cast<std::size_t>(j)];
+      if (n.side != Side::none || std::find(spellings.begin(), spellings.end(), n.words) == spellings.end()) continue;
+      if (best < 0 || (farthest ? depth(j) > depth(best) : rank(j) < rank(best))) best = j;
+    }
+    return best;
   }
 
   bool below(int joint, int ancestor) const {
@@ -157,15 +160,29 @@ void match_spine(const Skeleton& s, const Finder& find, int pelvis, int top, boo
 
 // Where the spine ends: neck and head, whatever the rig has of them.
 void match_head(const Finder& find, JointMap& map) {
-  int head = find.centre({Words{"head"}}), neck = find.centre({Words{"neck"}, Words{"low", "neck"}});
+  // "lowerneck" below "Neck" in one convention, below "upperneck" in another: the neck is the lowest of them.
+  int head = find.centre({Words{"head"}}), neck = find.nearest({Words{"neck"}, Words{"low", "neck"}});
+  if (neck < 0) neck = find.nearest({Words{"neck", "twist"}});
   if (head < 0) {
-    head = find.centre({Words{"neck", "up"}, Words{"neck"}}, true);
+    head = find.nearest({Words{"neck", "up"}, Words{"neck"}}, true);
     if (head == neck) head = -1;
   }
   if (neck >= 0 && head >= 0 && !find.below(head, neck)) neck = -1;
   const auto set = [&](const char* name, int joint) { map.source[static_cast<std::size_t>(canonical_index(name))] = joint; };
   set("head", head);
   set("neck", neck);
+}
+
+// A spine that goes on beyond the arms under its own name ("spine.004" to "spine.006") is neck and head.
+void match_unnamed_head(const Skeleton& s, const Finder& find, int chest, JointMap& map) {
+  int neck = -1, head = -1;
+  for (int j = chest + 1; chest >= 0 && j < s.joint_count(); ++j) {
+    if (find.parent(j) != (head < 0 ? chest : head) || find.name(j).side != Side::none || find.name(j).words.empty() || find.name(j).words != find.name(chest).words) continue;
+    head = j;
+    if (neck < 0) neck = j;
+  }
+  map.source[static_cast<std::size_t>(canonical_index("head"))] = head;
+  map.source[static_cast<std::size_t>(canonical_index("neck"))] = neck == head ? -1 : neck;
 }
 
 bool has(const Skeleton& s, std::initializer_list<const char*> names) {
@@ -217,52 +234,60 @@ std::optional<JointMap> by_roles(const Skeleton& s) {
   return map;
 }
 
-JointMap by_name(const Skeleton& s) {
+// `given` is what somebody named by hand: the rest is looked for around it.
+JointMap by_name(const Skeleton& s, const std::map<std::string, int>& given = {}) {
   JointMap map;
   map.source.fill(-1);
   map.family = family_of(s);
   const auto set = [&](const std::string& name, int joint) { map.source[static_cast<std::size_t>(canonical_index(name))] = joint; };
   const Finder find(s);
+  const auto pick = [&](const std::string& name, const auto& found) {
+    const auto it = given.find(name);
+    return it != given.end() ? it->second : found();
+  };
   std::array<int, 2> thigh{}, arm{};
   for (const std::size_t k : {0, 1}) {
     const Side side = k == 0 ? Side::left : Side::right;
     const std::string p = k == 0 ? "left_" : "right_";
-    int hip = -1, knee = -1;
     // "LeftLeg" is the shank below "LeftUpLeg" and the thigh above "LeftShin": a thigh is what has a shank below it.
-    for (const Words& spelling : kThigh) {
-      hip = find.side(side, {spelling}, -1);
-      knee = hip < 0 ? -1 : find.side(side, kShank, hip, {hip});
-      if (knee >= 0) break;
-    }
-    if (knee < 0) hip = find.side(side, kThigh, -1);
-    const int ankle = knee < 0 ? -1 : find.side(side, kAnkle, knee, {hip, knee});
-    const int toe = ankle < 0 ? -1 : find.side(side, kToe, ankle, {ankle});
+    const auto upper_and_lower = [&](const std::string& upper_name, const std::vector<Words>& upper_words, const std::string& lower_name, const std::vector<Words>& lower_words) {
+      int upper = -1, lower = -1;
+      for (const Words& spelling : upper_words) {
+        upper = pick(upper_name, [&] { return find.side(side, {spelling}, -1); });
+        lower = pick(lower_name, [&] { return upper < 0 ? -1 : find.side(side, lower_words, upper, {upper}); });
+        if (upper >= 0 && lower >= 0) return std::pair(upper, lower);
+      }
+      return std::pair(pick(upper_name, [&] { return find.side(side, upper_words, -1); }), lower);
+    };
+    const auto [hip, knee] = upper_and_lower(p + "hip", kThigh, p + "knee", kShank);
+    const int ankle = pick(p + "ankle", [&, above = hip, below = knee] { return below < 0 ? -1 : find.side(side, kAnkle, below, {above, below}); });
     set(p + "hip", thigh[k] = hip);
     set(p + "knee", knee);
     set(p + "ankle", ankle);
-    set(p + "foot", toe);
-    int upper = -1, elbow = -1;
-    for (const Words& spelling : kUpperArm) {
-      upper = find.side(side, {spelling}, -1);
-      elbow = upper < 0 ? -1 : find.side(side, kForearm, upper, {upper});
-      if (elbow >= 0) break;
-    }
-    if (elbow < 0) upper = find.side(side, kUpperArm, -1);
-    const int wrist = elbow < 0 ? -1 : find.side(side, kHand, elbow, {upper, elbow});
-    int collar = find.side(side, kCollar, -1, {upper, elbow, wrist});
-    if (collar >= 0 && upper >= 0 && !find.below(upper, collar)) collar = -1;
+    set(p + "foot", pick(p + "foot", [&] { return ankle < 0 ? -1 : find.side(side, kToe, ankle, {ankle}); }));
+    const auto [upper, elbow] = upper_and_lower(p + "shoulder", kUpperArm, p + "elbow", kForearm);
+    const int wrist = pick(p + "wrist", [&, above = upper, below = elbow] { return below < 0 ? -1 : find.side(side, kHand, below, {above, below}); });
     set(p + "shoulder", arm[k] = upper);
     set(p + "elbow", elbow);
     set(p + "wrist", wrist);
-    set(p + "collar", collar);
+    set(p + "collar", pick(p + "collar", [&, above = upper, below = elbow] {
+          const int collar = find.side(side, kCollar, -1, {above, below, wrist});
+          return collar >= 0 && above >= 0 && !find.below(above, collar) ? -1 : collar;
+        }));
   }
-  const int legs = find.common_ancestor(thigh[0], thigh[1]), named = find.centre({Words{"hip"}, Words{"pelvis"}, Words{"base", "spine"}});
-  const int pelvis = legs >= 0 && legs != thigh[0] && legs != thigh[1] ? legs : named >= 0 ? named : 0;
+  const int pelvis = pick("pelvis", [&] {
+    const int legs = find.common_ancestor(thigh[0], thigh[1]), named = find.centre({Words{"hip"}, Words{"pelvis"}, Words{"base", "spine"}});
+    return legs >= 0 && legs != thigh[0] && legs != thigh[1] ? legs : named >= 0 ? named : 0;
+  });
   set("pelvis", pelvis);
   match_head(find, map);
+  const int chest = find.common_ancestor(arm[0], arm[1]);
+  if (map.source_of("neck") < 0 && map.source_of("head") < 0) match_unnamed_head(s, find, chest, map);
+  for (const char* name : {"neck", "head"}) set(name, pick(name, [&] { return map.source_of(name); }));
   const int neck = map.source_of("neck") >= 0 ? map.source_of("neck") : map.source_of("head");
   if (neck >= 0) match_spine(s, find, pelvis, neck, false, map);
-  else if (const int chest = find.common_ancestor(arm[0], arm[1]); chest >= 0) match_spine(s, find, pelvis, chest, true, map);
+  else if (chest >= 0) match_spine(s, find, pelvis, chest, true, map);
+  for (const auto& [name, joint] : given) set(name, joint);
   return map;
 }
 
@@ -280,28 +305,29 @@ std::vector<std::string> JointMap::missing() const {
   return names;
 }
 
-JointMap map_to_canonical(const Skeleton& s) {
-  const auto body = canonical_body();
-  if (std::all_of(body->joint_names.begin(), body->joint_names.end(), [&](const auto& n) { return s.find(n) >= 0; })) {
-    JointMap map;
-    map.family = "canonical";
-    for (std::size_t c = 0; c < 22; ++c) map.source[c] = s.find(body->joint_names[c]);
-    return map;
-  }
-  if (auto map = by_roles(s)) return *map;
-  return by_name(s);
-}
+JointMap map_to_canonical(const Skeleton& s) { return map_to_canonical(s, {}); }
 
 JointMap map_to_canonical(const Skeleton& s, const std::map<std::string, std::string>& by_hand) {
-  JointMap map = map_to_canonical(s);
+  std::map<std::string, int> given;
   for (const auto& [name, joint] : by_hand) {
-    const int c = canonical_index(name);
-    if (c < 0) refuse({{}, 0, "joint map"}, fmt::format("'{}', expected a joint of the canonical body: {}", name, fmt::join(canonical_body()->joint_names, ", ")));
+    if (canonical_index(name) < 0)
+      refuse({{}, 0, "joint map"}, fmt::format("'{}', expected a joint of the canonical body: {}", name, fmt::join(canonical_body()->joint_names, ", ")));
     const int j = joint.empty() ? -1 : s.find(joint);
     if (!joint.empty() && j < 0) refuse({{}, 0, "joint map"}, fmt::format("joint '{}' for {} is not in the skeleton", joint, name));
-    map.source[static_cast<std::size_t>(c)] = j;
+    given[name] = j;
   }
-  if (!by_hand.empty()) map.family = "by hand";
+  JointMap map;
+  const auto body = canonical_body();
+  if (std::all_of(body->joint_names.begin(), body->joint_names.end(), [&](const auto& n) { return s.find(n) >= 0; })) {
+    map.family = "canonical";
+    for (std::size_t c = 0; c < 22; ++c) map.source[c] = s.find(body->joint_names[c]);
+  } else if (auto roles = by_roles(s)) {
+    map = *roles;
+  } else {
+    map = by_name(s, given);
+  }
+  for (const auto& [name, joint] : given) map.source[static_cast<std::size_t>(canonical_index(name))] = joint;
+  if (!given.empty()) map.family = "by hand";
   return map;
 }
 

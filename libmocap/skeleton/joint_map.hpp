@@ -27,7 +27,8 @@ struct JointMap {
 // Biovision, Xsens, Motive, Poser/DAZ, 3ds Max Biped, Unreal, Kinect, Blender, and what is spelt like any of them.
 JointMap map_to_canonical(const Skeleton& skeleton);
 
-// The same with some joints named by hand: canonical name -> joint name, "" for none. Error(data) where either does not exist.
+// The same with some joints named by hand: canonical name -> joint name, "" for none; the others are looked for around them (a toe below
+// the ankle that was named). Error(data) where either does not exist.
 JointMap map_to_canonical(const Skeleton& skeleton, const std::map<std::string, std::string>& by_hand);
 
 // role -> joint name for every joint that is mapped: the canonical names, but `root` for pelvis, `left_hand` for left_wrist and

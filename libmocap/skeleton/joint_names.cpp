@@ -18,14 +18,15 @@ const std::map<std::string, std::string, std::less<>>& dictionary() {
   static const std::map<std::string, std::string, std::less<>> words = {
       {"left", "L"},      {"lft", "L"},       {"right", "R"},    {"rgt", "R"},       {"up", "up"},        {"upper", "up"},    {"low", "low"},      {"lo", "low"},
       {"lower", "low"},   {"fore", "low"},    {"leg", "leg"},    {"legs", "leg"},    {"arm", "arm"},      {"hip", "hip"},     {"hips", "hip"},     {"pelvis", "pelvis"},
-      {"thigh", "thigh"}, {"femur", "femur"}, {"knee", "knee"},  {"shin", "shin"},   {"calf", "calf"},    {"tibia", "tibia"}, {"ankle", "ankle"},  {"foot", "foot"},
+      {"thigh", "thigh"}, {"femur", "femur"}, {"knee", "knee"},  {"shin", "shin"},   {"shank", "shin"},  {"calf", "calf"},    {"tibia", "tibia"}, {"ankle", "ankle"},  {"foot", "foot"},
       {"feet", "foot"},   {"toe", "toe"},     {"toes", "toe"},   {"base", "base"},   {"ball", "ball"},    {"heel", "heel"},   {"butt", "buttock"}, {"buttock", "buttock"},
-      {"collar", "collar"}, {"clavicle", "clavicle"}, {"clav", "clavicle"}, {"shoulder", "shoulder"}, {"shldr", "shoulder"}, {"humerus", "humerus"}, {"elbow", "elbow"},
+      {"collar", "collar"}, {"clavicle", "clavicle"}, {"clav", "clavicle"}, {"scapula", "clavicle"}, {"shoulder", "shoulder"}, {"shldr", "shoulder"}, {"humerus", "humerus"}, {"elbow", "elbow"},
       {"radius", "radius"}, {"ulna", "ulna"}, {"wrist", "wrist"}, {"hand", "hand"},  {"carpus", "wrist"}, {"neck", "neck"},   {"head", "head"},    {"skull", "head"},
       {"spine", "spine"}, {"chest", "chest"}, {"abdomen", "abdomen"}, {"torso", "torso"}, {"thorax", "thorax"}, {"waist", "waist"}, {"back", "back"}, {"root", "root"},
       {"finger", "finger"}, {"fingers", "finger"}, {"thumb", "thumb"}, {"index", "index"}, {"middle", "middle"}, {"mid", "middle"}, {"ring", "ring"}, {"pinky", "pinky"},
       {"little", "pinky"}, {"palm", "palm"}, {"end", "end"},      {"nub", "end"},     {"tip", "end"},      {"site", "end"},    {"twist", "twist"},  {"roll", "twist"},
-      {"joint", "joint"}, {"jnt", ""},        {"bone", ""},      {"bn", ""},         {"mocap", ""},       {"actor", ""},      {"skeleton", ""},    {"def", ""},
+      {"joint", "joint"}, {"jnt", ""},        {"bone", ""},      {"bn", ""},         {"mocap", ""},       {"actor", ""},      {"skeleton", ""},   {"bip", ""},    {"def", ""},
+      {"bend", ""},       {"stretch", ""},
       {"top", "top"},     {"in", "in"},       {"eye", "eye"},    {"jaw", "jaw"},     {"inhand", "finger"}};
   return words;
 }
@@ -38,7 +39,9 @@ std::vector<std::string> segment(const std::string& run) {
     static const std::string left = "L", right = "R", up = "up", low = "low";
     const std::string_view word = std::string_view(run).substr(from, to - from);
     if (const auto it = known.find(word); it != known.end()) return &it->second;
-    // Letters stand for words only before others: "lhip", "LUArm", "LFArm".
+    // Letters stand for words only before others: "lhip", "LUArm", "LFArm". Alone they may be the middle: "C_Neck", "neck.x", "Chest_M".
+    static const std::string nothing;
+    if (run.size() == 1 && (word == "c" || word == "m" || word == "x")) return &nothing;
     if (word == "l" && from == 0) return &left;
     if (word == "r" && from == 0) return &right;
     if (run.size() > 2 || from > 1) return nullptr;
@@ -83,7 +86,8 @@ JointName from_runs(const std::vector<std::string>& runs, std::string_view name)
   }
   for (const std::string& run : runs) {
     auto words = segment(run);
-    if (words.empty()) words.push_back(run);  // a word nobody knows: the name means something else
+    // A word nobody knows: the name means something else. A letter that is all of a name is no side: "L5" is a vertebra.
+    if (words.empty() || (runs.size() == 1 && run.size() == 1)) words = {run};
     for (auto& word : words) {
       if (word == "L" || word == "R") out.side = word == "L" ? Side::left : Side::right;
       else if (!word.empty()) out.words.push_back(std::move(word));
@@ -100,14 +104,19 @@ JointName parse_joint_name(std::string_view name) { return from_runs(runs_of(nam
 std::vector<JointName> joint_names_of(const Skeleton& s) {
   std::vector<std::vector<std::string>> runs;
   for (const auto& name : s.joint_names) runs.push_back(runs_of(name));
-  // "Bip01 L Thigh", "J_Bip_L_UpperLeg": words in front that the rig puts everywhere. One that names a part stays.
+  // "Character1_LeftLeg", "CC_Base_L_Thigh": words in front that the rig puts everywhere. The first must not name a part: a rig may be mostly head.
+  bool prefixed = false;
   while (true) {
     std::map<std::string, std::size_t> first;
     for (const auto& r : runs)
       if (!r.empty()) ++first[r.front()];
     const auto most = std::max_element(first.begin(), first.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    if (most == first.end() || runs.size() < 3 || 10 * most->second < 8 * runs.size() || !segment(most->first).empty()) break;
+    if (most == first.end() || runs.size() < 3 || 10 * most->second < 8 * runs.size()) break;
     const std::string prefix = most->first;
+    const auto words = segment(prefix);
+    const bool part = std::any_of(words.begin(), words.end(), [](const auto& w) { return !w.empty(); }), side = std::any_of(words.begin(), words.end(), [](const auto& w) { return w == "L" || w == "R"; });
+    if (side || (part && !prefixed)) break;
+    prefixed = true;
     for (auto& r : runs)
       if (!r.empty() && r.front() == prefix) r.erase(r.begin());
   }

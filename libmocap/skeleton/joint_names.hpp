@@ -11,7 +11,7 @@ namespace mocap {
 enum class Side { none, left, right };
 
 // "mixamorig:LeftUpLeg", "thigh.L", "Bip01 L Thigh", "lfemur", "upperleg01.L", "L_Hip", "LUArm". Words are lower case,
-// in one spelling each ("toes" is "toe", "upper" is "up"), sorted, without the side, numbers and words that say nothing.
+// in one spelling each ("toes" is "toe", "upper" is "up"), sorted, without the side, numbers and words that say nothing ("C_Neck", "lThighBend").
 struct JointName {
   Side side = Side::none;
   std::vector<std::string> words;
@@ -22,7 +22,7 @@ struct JointName {
 // Of one name alone, without a namespace ("rig:", "rig|").
 JointName parse_joint_name(std::string_view name);
 
-// Of every joint; a first word that most joints share ("Bip01", "Character1") is left out. [J]
+// Of every joint; first words that most joints share ("Character1", "CC_Base") are left out, unless they name a side or part alone. [J]
 std::vector<JointName> joint_names_of(const Skeleton& skeleton);
 
 }  // namespace mocap

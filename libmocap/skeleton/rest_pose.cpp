@@ -74,8 +74,14 @@ std::optional<RotationMatrix> standing_frame(const Skeleton& s, const JointMap& 
   // Arms may point out, or down along the body: aligning bone directions by the shortest rotation (retarget.hpp) then lifts
   // them in the frontal plane, which keeps the twist of a T-pose.
   if (std::min(legs[0].dot(up), legs[1].dot(up)) < 0.85) return std::nullopt;
-  const auto hips = at("left_hip"), chest = at("left_shoulder");
-  if (hips && chest && (*chest - *hips).normalized().dot(up) < 0.6) return std::nullopt;
+  // Neither does who sits: knees are straight, and the trunk is in line with them.
+  for (const auto& [from, to] : {std::pair{"left_knee", "left_hip"}, {"right_knee", "right_hip"}, {"left_ankle", "left_knee"}, {"right_ankle", "right_knee"}})
+    if (const Vector3 d = direction(from, to); d.norm() > 0 && d.dot(up) < 0.8) return std::nullopt;
+  const auto middle = [&](const std::string& part) -> std::optional<Vector3> {
+    const auto l = at(("left_" + part).c_str()), r = at(("right_" + part).c_str());
+    return l && r ? std::optional<Vector3>((*l + *r) / 2) : std::nullopt;
+  };
+  if (const auto hips = middle("hip"), chest = middle("shoulder"); hips && chest && (*chest - *hips).normalized().dot(up) < 0.8) return std::nullopt;
   RotationMatrix frame;
   frame << left.cross(up), left, up;
   return frame;

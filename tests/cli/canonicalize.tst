@@ -15,12 +15,18 @@
 # setup:         self.argv = self.history[-1]["argv"]
 # setup:         self.p, self.q = f["frames/root_position"][()], f["frames/rotations"][()]
 # setup:     def col(self, name): return [v.decode() for v in self.f[name][()]]
+# setup: def near(a, b): return np.minimum(np.linalg.norm(a.q - b.q, axis=-1), np.linalg.norm(a.q + b.q, axis=-1)).max() < 5e-6 and all(np.abs(x - y).max() < 1e-5 for x, y in [(a.p, b.p), (a.f["skeleton/end_sites"][()], b.f["skeleton/end_sites"][()]), (a.f["skeleton/rest_offsets"][()], b.f["skeleton/rest_offsets"][()])])
 # setup: def heading(q): return 2 * np.arctan2(q[0, 3], q[0, 0])
 # setup: print(eval(sys.argv[1], {**globals(), "a": [Archive(p) for p in sys.argv[2:]]}))
 # setup: END
 # setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; echo 141 > 141
 # setup: mkdir asfamc lone; cp $DATA/asf/human.asf asfamc/07.asf; for n in asfamc/07_05 asfamc/07_06 alone lone/b; do cp $DATA/asf/human.amc $n.amc; done
 # setup: printf 'file\tstatus\nabsent.bvh\t3\nbad.bvh\t3\nin/broken.bvh\t3\n' > fails
+# setup: awk '/OFFSET/ { sub(/OFFSET /, "OFFSET -"); sub(/--/, ""); print; next } m { $1 = -$1; for (i = 4; i <= NF; i += 3) { $i = -$i; $(i+1) = -$(i+1) } } /^Frame Time/ { m = 1 } { print }' good.bvh > reflected.bvh
+# setup: sed -E 's/JOINT (Left|Right)UpLeg/JOINT Bone\1A/; s/JOINT (Left|Right)Leg/JOINT Bone\1B/; s/JOINT (Left|Right)Foot/JOINT Bone\1C/' good.bvh > bones.bvh
+# setup: { echo '[joints]'; for s in Left Right; do l=$(echo $s | tr LR lr); printf '%s_hip = "Bone%sA"\n%s_knee = "Bone%sB"\n%s_ankle = "Bone%sC"\n' $l $s $l $s $l $s; done; } > map.toml
+# setup: awk '/JOINT (Left|Right)Leg/ { turn = 1 } turn && /OFFSET/ { print "OFFSET 0 0 41"; turn = 0; next } { print }' good.bvh > seated.bvh
+# setup: sed 's/JOINT Spine1/JOINT Chest/' good.bvh > other.bvh; sed '/^MOTION/q; s/OFFSET 0.0000 14/OFFSET 0.0000 15/' good.bvh > longer.bvh; sed '1,/^MOTION/d' good.bvh >> longer.bvh; echo Spine > spine
 
 0 ~^Usage:.canonicalize.*INPUT\.\.\..-o canonicalize --help
 0 ~^canonicalize.\(mocapkit\) canonicalize --version
@@ -197,3 +203,59 @@
 0 true canonicalize -q asfamc -o both.h5 && ./q 'a[0].names == ["07_05", "07_06"] and [i["path"] for i in a[0].history[-1]["inputs"]] == ["07_05.amc", "07.asf", "07_06.amc"]' both.h5
 0 ~both\.h5.is.up.to.date canonicalize asfamc -o both.h5 --skip-existing
 0 ~2.clips sed -i 's/length 7.0/length 7.5/' asfamc/07.asf && canonicalize asfamc -o both.h5 --skip-existing
+# --body source: the inputs' own rig
+0 ~2.clips canonicalize whole --body source -o own.h5
+0 . motion-info --check full own.h5
+0 true canonicalize -q good.bvh --body source -o rig.h5 && ./q '"Hips" in a[0].col("skeleton/joint_names") and a[0].q.shape[1] == len(a[0].col("skeleton/joint_names")) and "--body=source" in a[0].argv and np.allclose(a[0].p[0, :2], 0, atol=1e-6)' rig.h5
+0 true ./q 'dict(zip(*np.array([[s.decode() for s in r] for r in a[0].f["skeleton/roles"][()]]).T))["left_knee"] == "LeftLeg" and a[0].f["frames/contacts"].shape == (30, 2)' rig.h5
+0 . canonicalize -q - --body source -o - < good.bvh | cat > std.h5 && motion-info --check full std.h5
+0 true bvh2npz -q good.bvh -o - | canonicalize -q - --body source -o rign.h5 && ./q 'np.allclose(a[0].q, a[1].q, atol=1e-5) and np.allclose(a[0].f["skeleton/end_sites"], a[1].f["skeleton/end_sites"], atol=1e-6)' rig.h5 rign.h5
+0 true canonicalize -q rig.h5 --body source -o rig2.h5 && ./q 'np.allclose(a[0].q, a[1].q, atol=1e-6) and a[0].col("skeleton/joint_names") == a[1].col("skeleton/joint_names")' rig.h5 rig2.h5
+0 true canonicalize -q rig.h5 -o onto.h5 && ./q 'a[0].q.shape[1] == 22 and np.allclose(a[0].q, a[1].q, atol=1e-5)' onto.h5 good.h5
+1 ~other\.bvh.*joint.2.is.'Chest',.expected.'Spine1' canonicalize good.bvh other.bvh --body source -o two.h5
+0 ~bones.differ.from.the.first canonicalize good.bvh longer.bvh --body source -o two.h5 -f
+3 ~no.input.has.a.skeleton canonicalize legless.bvh --body source -o x.h5
+2 ~--body canonicalize good.bvh --body other -o x.h5
+
+# --joint-map
+3 ~bones\.bvh.*no.joint.found.for.left_hip,.right_hip,.left_knee.*not.placed:.*BoneLeftA,.BoneLeftB canonicalize bones.bvh -o x.h5
+3 ~hint:.--joint-map canonicalize bones.bvh -o x.h5
+0 true canonicalize -q bones.bvh --joint-map map.toml -o bones.h5 && ./q 'np.array_equal(a[0].q, a[1].q) and [i["path"] for i in a[1].history[-1]["inputs"]] == ["map.toml", "bones.bvh"]' good.h5 bones.h5
+0 true (cat map.toml; echo 'head = ""') > headless.toml; canonicalize -q bones.bvh --joint-map headless.toml -o headless.h5 && ./q 'not np.array_equal(a[0].q, a[1].q)' good.h5 headless.h5
+3 ~bones\.bvh.*joint.'Bone9'.for.left_hip.is.not printf '[joints]\nleft_hip = "Bone9"\n' > m.toml; canonicalize bones.bvh --joint-map m.toml -o x.h5
+3 ~m\.toml:3:.'left_thigh',.expected.a.joint printf '[joints]\n\nleft_thigh = "A"\n' > m.toml; canonicalize bones.bvh --joint-map m.toml -o x.h5
+3 ~m\.toml:2:.*expected.TOML printf '[joints]\nleft_hip = Bone\n' > m.toml; canonicalize bones.bvh --joint-map m.toml -o x.h5
+3 ~absent\.toml canonicalize bones.bvh --joint-map absent.toml -o x.h5
+
+# --alignment
+0 true canonicalize -q good.bvh --alignment rest -o al.h5 && ./q 'np.array_equal(a[0].q, a[1].q)' good.h5 al.h5
+0 true canonicalize -q good.bvh --alignment motion -o am.h5 && ./q '0 < np.abs(a[0].q - a[1].q).max() and np.abs(a[0].p - a[1].p).max() < 0.1' good.h5 am.h5
+3 ~seated\.bvh.*does.not.stand canonicalize seated.bvh --alignment rest -o x.h5
+0 ~joint.axes.are.taken.from.the.motion canonicalize seated.bvh -o seated.h5
+2 ~--alignment canonicalize good.bvh --alignment pose -o x.h5
+
+# --mirror
+0 true canonicalize -q whole --mirror -o mir.h5 && ./q 'a[0].names == ["a", "a@m", "sub/b", "sub/b@m"] and list(a[0].f["clips/mirrored"][()]) == [0, 1, 0, 1]' mir.h5
+0 true ./q 'np.allclose(a[0].p[30:60] * [1, -1, 1], a[0].p[:30], atol=1e-6) and np.array_equal(a[0].f["frames/contacts"][30:60], a[0].f["frames/contacts"][:30][:, ::-1])' mir.h5
+0 true canonicalize -q good.bvh --phases all --fps 15 --mirror -o mp.h5 && ./q 'a[0].names == ["good", "good@m", "good@1", "good@1@m"]' mp.h5
+0 true canonicalize -q good.bvh --body source --mirror -o ms2.h5 && ./q 'a[0].names == ["good", "good@m"]' ms2.h5
+
+# --report
+0 ~bone.directions.against.the.source:.limbs canonicalize good.bvh --report report.tsv -o rep.h5
+0 . cmp rep.h5 good.h5
+0 . test "$(head -1 report.tsv)" = "$(printf 'clip\tjoint\tchild\tsource_joint\tmean_deg\tworst_deg\tworst_frame\tstill_frames\tadded_slide_mm_s')"
+0 . awk -F'\t' 'NF != 9 || (NR > 1 && $1 != "good") { exit 1 }' report.tsv
+0 . awk -F'\t' '$2 == "left_knee" && $3 == "left_ankle" && $4 == "LeftLeg" && $5 >= 0 && $6 >= $5 && $7 < 30 { found = 1 } END { exit !found }' report.tsv
+0 . canonicalize -q corpus --report corpus.tsv -o repc.h5 && awk -F'\t' '$1 ~ /walking/ && $2 == "left_foot" && $3 == "" && $8 > 0 && $9 < 5 { found = 1 } END { exit !found }' corpus.tsv
+4 ~report\.tsv:.exists canonicalize good.bvh --report report.tsv -o rep2.h5
+1 . test -e rep2.h5
+0 . canonicalize -q good.bvh --report report.tsv -f -o rep2.h5
+2 ~--report.--body.source canonicalize good.bvh --body source --report r2.tsv -o x.h5
+
+# a reflection is no rotation
+3 ~reflected\.bvh.*right-handed canonicalize reflected.bvh -o x.h5
+1 ~1.of.2.inputs.failed canonicalize good.bvh reflected.bvh -o refl.h5
+
+# BVH to npz to archive to BVH to archive is the same motion, end sites too
+0 true canonicalize -q corpus --fps 120 -o rt1.h5 && bvh2npz -q corpus -o rtn && canonicalize -q rtn --fps 120 -o rt2.h5 && motion-export -q rt2.h5 -o rtb && canonicalize -q rtb --fps 120 -o rt3.h5 && ./q 'all(near(a[0], b) for b in a[1:])' rt1.h5 rt2.h5 rt3.h5
+0 true f=$(ls corpus/*.bvh | head -1); canonicalize -q $f --fps 120 --body source -o rs1.h5 && bvh2npz -q $f -o - | canonicalize -q - --fps 120 --body source -o rs2.h5 && motion-export -q rs2.h5 -o rs.bvh && canonicalize -q rs.bvh --fps 120 --body source -o rs3.h5 && ./q 'all(near(a[0], b) for b in a[1:])' rs1.h5 rs2.h5 rs3.h5

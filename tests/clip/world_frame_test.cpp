@@ -2,10 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
 
+#include "libmocap/base/error.hpp"
+#include "libmocap/clip/canonicalize.hpp"
 #include "libmocap/clip/ground.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
+#include "motion.hpp"
 
 namespace mocap {
 namespace {
@@ -71,6 +77,106 @@ TEST(WorldFrame, FaceForwardTurnsTheWholeClip) {
   EXPECT_LT((clip.root_position[0] - Vector3(0, 0, canonical_pelvis_height())).norm(), 1e-12);
   EXPECT_LT((clip.root_position[2] - Vector3(1, 0, canonical_pelvis_height())).norm(), 1e-12);
   EXPECT_NEAR(yaw_of(clip.rotations[2 * 22]), 0.2, 1e-12);
+}
+
+// Seen in a mirror, names kept: what a file with left-handed axes holds.
+Clip reflected(const Clip& clip, int axis) {
+  const auto flip = [&](Vector3 v) {
+    v[axis] = -v[axis];
+    return v;
+  };
+  Clip out = clip;
+  auto s = std::make_shared<Skeleton>(*clip.skeleton);
+  for (auto& v : s->rest_offsets) v = flip(v);
+  for (auto& e : s->end_sites) e.offset = flip(e.offset);
+  out.skeleton = s;
+  for (auto& p : out.root_position) p = flip(p);
+  for (auto& q : out.rotations) q.vec() = -flip(q.vec());
+  return out;
+}
+
+Clip without_toes(const Clip& clip) {
+  Clip out = clip;
+  auto s = std::make_shared<Skeleton>(*clip.skeleton);
+  s->joint_names[10] = "left_shoe", s->joint_names[11] = "right_shoe";
+  s->roles.clear();
+  out.skeleton = s;
+  return out;
+}
+
+bool refused(const Clip& clip) {
+  try {
+    require_right_handed(clip);
+  } catch (const Error& e) {
+    EXPECT_EQ(e.status(), Exit::data);
+    EXPECT_NE(std::string(e.what()).find("expected a right-handed file"), std::string::npos) << e.what();
+    EXPECT_NE(e.hint().find("reflection"), std::string::npos);
+    return true;
+  }
+  return false;
+}
+
+// Every frame the same pose: `turn` of the pelvis, then joints by name.
+Clip held(const Quaternion& turn, const std::map<std::string, Vector3>& joints, std::size_t frames = 30) {
+  Clip clip = standing(1, false, frames);
+  for (std::size_t t = 0; t < frames; ++t) {
+    clip.rotations[t * 22] = turn;
+    for (const auto& [name, angle] : joints) clip.rotations[t * 22 + test::joint(*clip.skeleton, name)] = exp_map(angle);
+  }
+  return clip;
+}
+
+TEST(WorldFrame, ReflectionsAreRefused) {
+  const Clip walk = test::walk(canonical_body(), {.yaw = 0.4}).clip;
+  EXPECT_FALSE(refused(walk));
+  EXPECT_FALSE(refused(without_toes(walk)));
+  for (const int axis : {0, 1, 2}) {
+    EXPECT_TRUE(refused(reflected(walk, axis))) << axis;
+    EXPECT_TRUE(refused(without_toes(reflected(walk, axis)))) << axis;
+    EXPECT_FALSE(refused(reflected(reflected(walk, axis), (axis + 1) % 3))) << axis;  // two reflections are a rotation
+  }
+  // A single frame at rest, with toes: they point where nobody faces.
+  EXPECT_TRUE(refused(reflected(standing(1, false, 1), 1)));
+  // Left and right exchanged by name is the same defect.
+  Clip exchanged = walk;
+  auto s = std::make_shared<Skeleton>(*walk.skeleton);
+  for (auto& n : s->joint_names) n = n.starts_with("left_") ? "right_" + n.substr(5) : n.starts_with("right_") ? "left_" + n.substr(6) : n;
+  s->roles.clear();
+  exchanged.skeleton = s;
+  EXPECT_TRUE(refused(exchanged));
+  EXPECT_THROW(Canonicalizer{CanonicalizeOptions{}}(reflected(walk, 1)), Error);
+}
+
+TEST(WorldFrame, WhatPeopleDoIsNoReflection) {
+  const double half = std::numbers::pi / 2;
+  EXPECT_FALSE(refused(standing(1, false, 1)));
+  EXPECT_FALSE(refused(without_toes(standing(1, false, 1))));
+  Clip backwards = test::walk(canonical_body()).clip;
+  std::reverse(backwards.root_position.begin(), backwards.root_position.end());
+  for (std::size_t t = 0; t < backwards.frames() / 2; ++t) std::swap_ranges(backwards.frame(t).begin(), backwards.frame(t).end(), backwards.frame(backwards.frames() - 1 - t).begin());
+  EXPECT_FALSE(refused(backwards));
+  EXPECT_FALSE(refused(without_toes(backwards)));
+  for (const double side : {-half, half, 2 * half})  // lying on the belly, on the back, on the head
+    EXPECT_FALSE(refused(held(Quaternion(Eigen::AngleAxisd(side, Vector3::UnitY())), {}))) << side;
+  EXPECT_FALSE(refused(held(Quaternion(Eigen::AngleAxisd(half, Vector3::UnitX())), {{"left_knee", {0, 0.5, 0}}})));  // on a side
+  const std::map<std::string, Vector3> kneeling = {{"left_knee", {0, half, 0}}, {"right_knee", {0, half, 0}}, {"left_ankle", {0, 1.2, 0}}, {"right_ankle", {0, 1.2, 0}}};
+  const std::map<std::string, Vector3> on_heels = {{"left_hip", {0, -half, 0}}, {"right_hip", {0, -half, 0}}, {"left_knee", {0, 2.6, 0}}, {"right_knee", {0, 2.6, 0}}, {"left_ankle", {0, 0.9, 0}}, {"right_ankle", {0, 0.9, 0}}};
+  const std::map<std::string, Vector3> sitting = {{"left_hip", {0, -half, 0}}, {"right_hip", {0, -half, 0}}, {"left_knee", {0, half, 0}}, {"right_knee", {0, half, 0}}};
+  const std::map<std::string, Vector3> bent_double = {{"left_hip", {0, -2.2, 0}}, {"right_hip", {0, -2.2, 0}}};
+  const std::map<std::string, Vector3> overstretched = {{"left_knee", {0, -0.08, 0}}, {"right_knee", {0, -0.08, 0}}};
+  const std::map<std::string, Vector3> turned_out = {{"left_hip", {0, 0, 1.2}}, {"right_hip", {0, 0, -1.2}}};
+  for (const auto& [name, pose] : std::map<std::string, std::map<std::string, Vector3>>{
+           {"kneeling", kneeling}, {"on the heels", on_heels}, {"sitting", sitting}, {"bent double", bent_double}, {"overstretched", overstretched}, {"turned out", turned_out}}) {
+    EXPECT_FALSE(refused(held(Quaternion::Identity(), pose))) << name;
+    EXPECT_FALSE(refused(without_toes(held(Quaternion::Identity(), pose)))) << name;
+  }
+  // Skeletons without a body have no say.
+  Clip rope = standing(1, false, 3);
+  auto s = std::make_shared<Skeleton>(*rope.skeleton);
+  for (std::size_t j = 0; j < 22; ++j) s->joint_names[j] = "link" + std::to_string(j);
+  s->roles.clear();
+  rope.skeleton = s;
+  EXPECT_FALSE(refused(rope));
 }
 
 TEST(WorldFrame, CalibrationFramesAreFound) {
