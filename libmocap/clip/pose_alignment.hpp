@@ -17,7 +17,9 @@ namespace mocap {
 //   head            upright and looking along with the shoulders, on average
 //   toes and hands  as foot and forearm, on average
 // Twist over time is the source's own. Limbs that never bend, and clips of a few frames, take the twist from the trunk's facing.
-// Against the table of Bandai-Namco's axes, over clips that walk: see tests/clip/pose_alignment_test.cpp.
+// Accuracy: on a made walk within 4 degrees, toes and hands 15 (tests/clip/pose_alignment_test.cpp). Against the table of Bandai-Namco's axes, mean
+// over 143 clips that walk: hips, knees, shoulders 0.5 degrees, trunk 0.4 to 3.3, feet 2 to 7, clavicles 9, forearms 5 and 18 (they turn with the hand),
+// head 18, hands 21 and 28.
 // `clip` in metres, Z up; joints that are not mapped get the identity. map.missing() must be empty. [22]
 std::vector<Quaternion> alignment_from_motion(const Clip& clip, const JointMap& map);
 

@@ -239,6 +239,17 @@ TEST(Retarget, KneesBendForwardsAndTravelFitsTheLegs) {
   }
 }
 
+TEST(Retarget, LegsOfUnequalLengthBendAsTheyDid) {
+  const Clip source = test::walk(test::body_with({.right_thigh = 0.94})).clip;
+  const Clip out = Retargeter(source.skeleton).apply(source);
+  for (const char* knee : {"left_knee", "right_knee"}) {
+    double sum = 0;
+    const std::size_t j = test::joint(*out.skeleton, knee);
+    for (std::size_t t = 0; t < out.frames(); ++t) sum += log_map(out.frame(t)[j]).y() - log_map(source.frame(t)[j]).y();
+    EXPECT_NEAR(sum / static_cast<double>(out.frames()) * 180 / std::numbers::pi, 0, 1) << knee;
+  }
+}
+
 TEST(Retarget, JointsBetweenPartsDoNotHideWhereTheNextOneIs) {
   // A divided thigh whose halves turn against each other, and a second neck joint.
   const Clip walk = test::walk(canonical_body()).clip;
