@@ -102,12 +102,12 @@ TEST_F(MotionInputTest, WithoutAnAsf) {
 TEST_F(MotionInputTest, AnAsfIsNoMotion) {
   put("a.asf", asf_);
   EXPECT_EQ(refusal("a.asf").message(), "a skeleton (ASF) without motion, expected an AMC");
-  EXPECT_FALSE(looks_like_motion(folder_ + "/a.asf"));
-  EXPECT_TRUE(looks_like_motion(put("x", amc_)));
-  EXPECT_TRUE(looks_like_motion(put("y", "# a comment\n\n 1 \n\troot 0 0 0\n")));
-  EXPECT_TRUE(looks_like_motion(put("z", ":degrees\r\n1\r\n")));
-  EXPECT_FALSE(looks_like_motion(put("w", "1\n2\n")));
-  EXPECT_FALSE(looks_like_motion(put("v", "#!/bin/sh\necho\n")));
+  EXPECT_FALSE(probe_motion(folder_ + "/a.asf").motion);
+  EXPECT_TRUE(probe_motion(put("x", amc_)).motion);
+  EXPECT_TRUE(probe_motion(put("y", "# a comment\n\n 1 \n\troot 0 0 0\n")).motion);
+  EXPECT_TRUE(probe_motion(put("z", ":degrees\r\n1\r\n")).motion);
+  EXPECT_FALSE(probe_motion(put("w", "1\n2\n")).motion);
+  EXPECT_FALSE(probe_motion(put("v", "#!/bin/sh\necho\n")).motion);
 }
 
 TEST_F(MotionInputTest, UnitAndAxisAreThoseOfTheFile) {
