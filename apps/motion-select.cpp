@@ -45,29 +45,6 @@ bool matches(const std::vector<std::string>& globs, const std::string& text) {
   return std::any_of(globs.begin(), globs.end(), [&](const std::string& glob) { return ::fnmatch(glob.c_str(), text.c_str(), 0) == 0; });
 }
 
-// Where the clip lies in its source after face_forward, measured on the clip: p_before = Rz(yaw) p_after + origin.
-void recenter(Clip& clip) {
-  const ClipSource before = clip.source;
-  const Quaternion root = clip.rotations[0];
-  Vector3 origin = clip.root_position[0];
-  origin.z() = 0;
-  face_forward(clip);
-  double yaw = yaw_of(root * clip.rotations[0].conjugate());
-  for (auto& p : clip.path) {
-    const Vector3 moved = yaw_rotation(-yaw) * (Vector3(p.x(), p.y(), 0) - origin);
-    p = {moved.x(), moved.y()};
-  }
-  // The source's frame is given before mirroring, which swaps the sides: y and the sense of turning.
-  if (before.mirrored) {
-    yaw = -yaw;
-    origin.y() = -origin.y();
-  }
-  clip.source = before;
-  clip.source.yaw = std::remainder(before.yaw + yaw, 2 * M_PI);
-  clip.source.origin = before.origin + yaw_rotation(before.yaw) * origin;
-  make_sign_continuous(clip);
-}
-
 class MotionSelect final : public cli::Tool {
  public:
   std::string name() const override { return "motion-select"; }
@@ -275,7 +252,7 @@ class MotionSelect final : public cli::Tool {
       clip.attributes = p.attributes;
       if (p.segment)  // what holds for all of the part is its attributes now
         std::erase_if(clip.segments, [&](const Segment& s) { return s.start == 0 && s.length == p.count && s.attributes == p.segment->attributes; });
-      if (recenter_) recenter(clip);
+      if (recenter_) face_forward(clip);
       writer.add(clip);
       context.progress(writer.size(), pieces.size(), "clips");
     }

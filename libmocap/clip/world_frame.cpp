@@ -232,8 +232,11 @@ void face_forward(Clip& clip) {
   const Quaternion turn = yaw_rotation(-heading);
   Vector3 origin = clip.root_position[0];
   origin.z() = 0;
-  clip.source.origin += yaw_rotation(clip.source.yaw) * origin;
-  clip.source.yaw = wrap_angle(clip.source.yaw + heading);
+  for (auto& p : clip.path) p = (turn * Vector3(p.x() - origin.x(), p.y() - origin.y(), 0)).head<2>();
+  // The source's frame is given before mirroring, which swaps the sides: y and the sense of turning.
+  const double side = clip.source.mirrored ? -1 : 1;
+  clip.source.origin += yaw_rotation(clip.source.yaw) * Vector3(origin.x(), side * origin.y(), 0);
+  clip.source.yaw = wrap_angle(clip.source.yaw + side * heading);
   const auto j = static_cast<std::size_t>(clip.joints());
   for (std::size_t t = 0; t < clip.frames(); ++t) {
     clip.root_position[t] = turn * (clip.root_position[t] - origin);

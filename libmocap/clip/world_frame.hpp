@@ -45,8 +45,8 @@ std::size_t calibration_frames(const Clip& clip);
 // stands. Clips that show neither pass.
 void require_right_handed(const Clip& clip);
 
-// Moves and turns the whole clip: the root of frame 0 above the origin, facing +X. Heights are untouched; source.origin and
-// source.yaw follow.
+// Moves and turns the whole clip: the root of frame 0 above the origin, facing +X. Heights are untouched; the path, source.origin
+// and source.yaw follow.
 void face_forward(Clip& clip);
 
 // Facing of a pose: (across-vector of hips and shoulders) x up projected on the ground, as a yaw angle (0 is +X);

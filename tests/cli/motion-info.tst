@@ -125,7 +125,7 @@
 0 ~shapes/shape\.npz:.skipped:.no.poses mkdir shapes && cp $DATA/npz/shape.npz good.npz shapes && motion-info shapes
 3 ~no.poses:.a.shape.file motion-info shapes/shape.npz
 0 ~amc,.60.frames,.*at.120.Hz motion-info $DATA/asf/human.amc
-0 ~lhipjoint.-.lfemur.-.ltibia.-.lfoot.-.ltoes motion-info $DATA/asf/human.amc
+0 ~lhipjoint.-.lfemur..left_hip..-.ltibia..left_knee..-.lfoot..left_ankle..-.ltoes..left_foot. motion-info $DATA/asf/human.amc
 0 ~note.*unit.asf.\(0\.0564444.m\),.up.axis.y motion-info $DATA/asf/human.amc
 0 ~note.*120.Hz.assumed motion-info $DATA/asf/human.amc
 0 ~60.frames motion-info --asf $DATA/asf/human.asf - < $DATA/asf/human.amc

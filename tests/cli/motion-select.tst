@@ -23,6 +23,9 @@
 # setup: def places(x, yaw, origin, flip=1):  # of the root in the source, by the stored yaw and origin; flip: undo mirroring first
 # setup:     p = x[1].astype(float) * [1, flip, 1]; c, s = np.cos(yaw), np.sin(yaw)
 # setup:     return np.stack([c * p[:, 0] - s * p[:, 1], s * p[:, 0] + c * p[:, 1], p[:, 2]], axis=1) + origin
+# setup: def lies(a, n): i = a.names.index(n); return a.f["clips/source_yaw"][i], a.f["clips/source_origin"][i]
+# setup: def placed(a, n): return places(a.rows(n), *lies(a, n))
+# setup: def turned(a, n): y = lies(a, n)[0]; return product([np.cos(y / 2), 0, 0, np.sin(y / 2)], a.rows(n)[0][:, 0])
 # setup: def facing(x): return 2 * np.arctan2(x[0][0, 0, 3], x[0][0, 0, 0])
 # setup: print(eval(sys.argv[1], {**globals(), "a": [Archive(p) for p in sys.argv[2:]]}))
 # setup: END
@@ -88,9 +91,9 @@
 
 # a part keeps its place unless --recenter moves it; then yaw and origin say where it was
 0 true motion-select -q all.h5 --time 0.5: --recenter -o re.h5 && ./q 'all(np.abs(a[0].rows(n)[1][0, :2]).max() < 1e-6 and same(part(a[0].rows(n), 0, 0), part(a[1].rows(n), 0, 0)) and abs(facing(a[0].rows(n))) < 0.6 for n in a[0].names)' re.h5 all.h5
-0 true ./q 'all(np.abs(places(a[0].rows(i), a[0].f["clips/source_yaw"][i], a[0].f["clips/source_origin"][i]) - a[1].rows(n)[1][15:]).max() < 1e-5 for i, n in enumerate(a[0].names)) and max(np.abs(a[0].f["clips/source_origin"][:, 0])) > 0.5' re.h5 all.h5
+0 true ./q 'all(np.abs(places(a[0].rows(i), a[0].f["clips/source_yaw"][i], a[0].f["clips/source_origin"][i]) - placed(a[1], n)[15:]).max() < 1e-5 for i, n in enumerate(a[0].names)) and max(np.abs(a[0].f["clips/source_origin"][:, 0])) > 0.5' re.h5 all.h5
 0 true ./q 'all(np.array_equal(a[0].rows(n)[2], a[1].rows(n)[2][15:]) and np.array_equal(a[0].rows(n)[1][:, 2], a[1].rows(n)[1][15:, 2]) for n in a[0].names)' re.h5 all.h5
-0 true ./q 'all(min(np.abs(product([np.cos(y / 2), 0, 0, np.sin(y / 2)], a[0].rows(i)[0][:, 0]) - s * a[1].rows(n)[0][15:, 0]).max() for s in (1, -1)) < 1e-5 for i, (n, y) in enumerate(zip(a[0].names, a[0].f["clips/source_yaw"][()])))' re.h5 all.h5
+0 true ./q 'all(min(np.abs(product([np.cos(y / 2), 0, 0, np.sin(y / 2)], a[0].rows(i)[0][:, 0]) - s * turned(a[1], n)[15:]).max() for s in (1, -1)) < 1e-5 for i, (n, y) in enumerate(zip(a[0].names, a[0].f["clips/source_yaw"][()])))' re.h5 all.h5
 0 true motion-select -q mirrored.h5 --time 0.5: --recenter -o rm.h5 && ./q 'all(np.abs(places(a[0].rows(i), a[0].f["clips/source_yaw"][i], a[0].f["clips/source_origin"][i], f) - places(part(a[1].rows(n), 15, None), 0.5, [1, 2, 0.25], f)).max() < 1e-5 for i, (n, f) in enumerate(zip(a[0].names, 1 - 2.0 * a[0].f["clips/mirrored"][()])))' rm.h5 mirrored.h5
 0 . motion-info --check full rm.h5
 
