@@ -113,7 +113,7 @@ class Canonicalize final : public cli::Tool {
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
     std::set<std::string> names;
     std::vector<HistoryInput> inputs = std::move(option_files);
-    Report report;
+    RetargetTable report;
     std::size_t frames = 0, unlabelled = 0, unmatched = 0, files = 0;
     double seconds = 0;
     bool no_row = false;  // of the file at hand in --labels
@@ -162,7 +162,10 @@ class Canonicalize final : public cli::Tool {
     history.push_back(context.history_entry(std::move(inputs)));
     writer.set_history(std::move(history));
     writer.finish();
-    if (!report_.empty()) report.finish(report_, context.overwrite());
+    if (!report_.empty()) {
+      write_file(report_, report.text(), context.overwrite());
+      log::info("{}", report.summary());
+    }
     cli::ReadingOptions::report_unused(read_options_, context);
     if (unmatched > 0) log::warn("--attr-from-path does not match {} of {} files", unmatched, files);
     if (unlabelled > 0) log::warn("{} of {} clips have no row in {}", unlabelled, writer.size(), labels_);
@@ -253,36 +256,6 @@ class Canonicalize final : public cli::Tool {
     }
     throw Error(Exit::data, {context.common().output, 0, {}}, "not written: no input has a skeleton to keep");
   }
-
-  // Bones of every clip against their source, in degrees, and slide added to feet that stand, in mm/s.
-  class Report {
-   public:
-    void add(const std::string& clip, const RetargetReport& report) {
-      for (const auto& b : report.bones) {
-        text_ += fmt::format("{}\t{}\t{}\t{}\t{:.3f}\t{:.3f}\t{}\t\t\n", clip, b.joint, b.child, b.source_joint, b.mean_deg, b.worst_deg, b.worst_frame);
-        // Pelvis to hip, chest to collar and ankle to toes are the shape of a body, not bones that point anywhere.
-        const bool trunk = b.joint.starts_with("spine") || b.joint == "neck";
-        if (b.joint == "pelvis" || b.joint.ends_with("_ankle") || (trunk && b.child.ends_with("_collar"))) continue;
-        auto& sum = trunk ? trunk_ : limbs_;
-        sum.first += b.mean_deg;
-        ++sum.second;
-      }
-      for (const auto& f : report.feet) {
-        text_ += fmt::format("{}\t{}\t\t\t\t\t\t{}\t{:.3f}\n", clip, f.joint, f.still_frames, 1000 * f.added_slide_mps);
-        slide_.first += 1000 * f.added_slide_mps * static_cast<double>(f.still_frames);
-        slide_.second += f.still_frames;
-      }
-    }
-    void finish(const std::string& path, Overwrite mode) const {
-      write_file(path, "clip\tjoint\tchild\tsource_joint\tmean_deg\tworst_deg\tworst_frame\tstill_frames\tadded_slide_mm_s\n" + text_, mode);
-      const auto mean = [](const std::pair<double, std::size_t>& s) { return s.second > 0 ? s.first / static_cast<double>(s.second) : 0; };
-      log::info("bone directions against the source: limbs {:.2f} degrees on average, spine and neck {:.2f}; slide added to standing feet {:.2f} mm/s", mean(limbs_), mean(trunk_), mean(slide_));
-    }
-
-   private:
-    std::string text_;
-    std::pair<double, std::size_t> limbs_{}, trunk_{}, slide_{};
-  };
 
   std::unique_ptr<formats::MotionInput> stdin_;
   cli::ReadingOptions reading_;

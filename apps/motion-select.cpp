@@ -9,6 +9,7 @@
 
 #include "libmocap/base/log.hpp"
 #include "libmocap/base/random.hpp"
+#include "libmocap/base/text_lines.hpp"
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
 #include "libmocap/clip/world_frame.hpp"
@@ -181,17 +182,9 @@ class MotionSelect final : public cli::Tool {
     std::unordered_set<std::string> known, listed;
     for (const auto& item : items) known.insert(item.name);
     for (const Piece& p : pieces) known.insert(p.name);
-    const std::string text = read_file(list_, std::size_t{1} << 30, &digest);
-    long number = 0;
-    for (std::size_t at = 0; at < text.size();) {
-      const std::size_t end = std::min(text.find('\n', at), text.size());
-      std::string line = text.substr(at, end - at);
-      at = end + 1;
-      ++number;
-      if (!line.empty() && line.back() == '\r') line.pop_back();
-      if (line.empty()) continue;
+    for (const auto& [number, line] : read_lines(list_, &digest)) {
       if (!known.contains(line)) refuse({list_, number, {}}, "no clip is named '" + line + "', expected the name of one");
-      listed.insert(std::move(line));
+      listed.insert(line);
     }
     if (listed.empty()) refuse({list_, 0, {}}, "an empty list, expected one name a line");
     return listed;

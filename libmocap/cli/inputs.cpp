@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "libmocap/base/log.hpp"
+#include "libmocap/base/text_lines.hpp"
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
 
@@ -25,15 +26,8 @@ bool same_file(const std::string& a, const std::string& b) {
 }
 
 std::vector<std::string> read_list(const std::string& path) {
-  const std::string text = read_file(path, std::size_t{1} << 30);
   std::vector<std::string> lines;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    std::string line = text.substr(at, end - at);
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (!line.empty()) lines.push_back(std::move(line));
-    at = end + 1;
-  }
+  for (auto& line : read_lines(path)) lines.push_back(std::move(line.text));
   if (lines.empty()) refuse({path, 0, {}}, "an empty list, expected one path a line");
   return lines;
 }

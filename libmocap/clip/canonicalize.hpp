@@ -10,6 +10,7 @@
 #include "libmocap/clip/ground.hpp"
 #include "libmocap/clip/resample.hpp"
 #include "libmocap/clip/retarget.hpp"
+#include "libmocap/clip/retarget_report.hpp"
 #include "libmocap/clip/source_body.hpp"
 #include "libmocap/clip/trim.hpp"
 

@@ -71,24 +71,4 @@ class Retargeter {
   double scale_ = 1;
 };
 
-// How well a retargeted clip follows its source.
-struct RetargetReport {
-  struct Bone {
-    std::string joint, child;       // canonical
-    std::string source_joint;
-    double mean_deg = 0, worst_deg = 0;  // angle between source and canonical bone direction
-    std::size_t worst_frame = 0;
-  };
-  struct Foot {
-    std::string joint;              // canonical toe base, or ankle where the source has no toes
-    std::size_t still_frames = 0;   // frames in which that point of the scaled source moves slower than kStillFoot
-    double added_slide_mps = 0;     // mean over them of the length of the difference of the horizontal velocities
-  };
-  static constexpr double kStillFoot = 0.10;  // m/s
-  std::vector<Bone> bones;  // every canonical bone with both ends mapped
-  std::array<Foot, 2> feet;
-};
-// `result` is what retargeter.apply(source) gave, possibly moved and turned since.
-RetargetReport report_retargeting(const Retargeter& retargeter, const Clip& source, const Clip& result);
-
 }  // namespace mocap

@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "libmocap/base/error.hpp"
-#include "libmocap/base/output_file.hpp"
 #include "libmocap/base/sha256.hpp"
+#include "libmocap/base/text_lines.hpp"
 
 namespace mocap::formats {
 namespace {
@@ -44,19 +44,11 @@ Labels Labels::read(const std::string& path) {
   Labels labels;
   labels.folder_ = fs::path(path).parent_path().string();
   Digest digest{};
-  const std::string text = read_file(path, std::size_t{1} << 30, &digest);
+  const auto lines = read_lines(path, &digest);
   labels.sha256_ = to_hex(digest);
   std::vector<std::string> header;
   std::size_t file = 0, start = ~std::size_t{0}, end = start;
-  long number = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t stop = std::min(text.find('\n', at), text.size());
-    std::string line = text.substr(at, stop - at);
-    at = stop + 1;
-    ++number;
-    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
-    if (line.ends_with('\r')) line.pop_back();
-    if (line.empty()) continue;
+  for (const auto& [number, line] : lines) {
     const auto cells = split(line);
     if (header.empty()) {
       header = cells;

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "libmocap/base/error.hpp"
-#include "libmocap/base/output_file.hpp"
 #include "libmocap/base/sha256.hpp"
+#include "libmocap/base/text_lines.hpp"
 #include "libmocap/formats/motion_input.hpp"
 
 namespace mocap::formats {
@@ -70,18 +70,11 @@ std::shared_ptr<const RateRules> RateRules::read(const std::string& path) {
   const std::shared_ptr<RateRules> rules(new RateRules);
   rules->path_ = path;
   Digest digest{};
-  const std::string text = read_file(path, std::size_t{1} << 30, &digest);
+  const auto lines = read_lines(path, &digest);
   rules->sha256_ = to_hex(digest);
   bool header = false;
-  long number_of_line = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t stop = std::min(text.find('\n', at), text.size());
-    std::string line = text.substr(at, stop - at);
-    at = stop + 1;
-    ++number_of_line;
-    if (number_of_line == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
-    if (line.ends_with('\r')) line.pop_back();
-    if (line.empty() || line.starts_with('#')) continue;
+  for (const auto& [number_of_line, line] : lines) {
+    if (line.starts_with('#')) continue;
     const Where where{path, number_of_line, {}};
     const auto columns = std::count(line.begin(), line.end(), '\t') + 1;
     if (!header) {

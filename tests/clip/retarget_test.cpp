@@ -9,6 +9,7 @@
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/random.hpp"
 #include "libmocap/clip/canonicalize.hpp"
+#include "libmocap/clip/retarget_report.hpp"
 #include "libmocap/clip/ground.hpp"
 #include "libmocap/clip/world_frame.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
