@@ -28,26 +28,29 @@ Clip without_translations(const Clip& clip, std::vector<std::string>& notes) {
   Clip out = clip;
   const Skeleton& s = *clip.skeleton;
   const auto joints = static_cast<std::size_t>(s.joint_count());
-  if (clip.translations.empty()) return out;
+  const bool moves = !clip.translations.empty(), carrier = carries_only(s);
+  if (!moves && !carrier) return out;
   auto skeleton = std::make_shared<Skeleton>(s);
-  for (std::size_t j = 1; j < joints; ++j) {
+  for (std::size_t j = 1; moves && j < joints; ++j) {
+    if (j == 1 && carrier) {
+      skeleton->rest_offsets[j] = Vector3(0, 0, s.rest_offsets[j].z());  // straight below: writers put the first frame's place there
+      continue;
+    }
     Vector3 low = clip.translations[j], high = low;
     for (std::size_t t = 0; t < clip.frames(); ++t) {
       low = low.cwiseMin(clip.translations[t * joints + j]);
       high = high.cwiseMax(clip.translations[t * joints + j]);
     }
     skeleton->rest_offsets[j] = low + (high - low) / 2;
-    const bool carried = j == 1 && carries_only(s);
-    if (carried) skeleton->rest_offsets[j] = Vector3(0, 0, s.rest_offsets[j].z());  // straight below: writers put the first frame's place there
-    else if ((high - low).norm() > kStill)
+    if ((high - low).norm() > kStill)
       notes.push_back(fmt::format("joint {} moves by {:.3g} m against its parent, which an archive cannot hold: it stays in the middle", s.joint_names[j], (high - low).norm()));
   }
   out.translations.clear();
-  if (carries_only(s)) {
+  if (carrier) {
     const auto t_pose = t_pose_orientations(s, map_to_canonical(s));
     for (std::size_t t = 0; t < clip.frames(); ++t) {
       const Quaternion root = clip.rotations[t * joints], body = root * clip.rotations[t * joints + 1];
-      const Vector3 place = clip.root_position[t] + root * clip.translations[t * joints + 1];
+      const Vector3 place = clip.root_position[t] + root * (moves ? clip.translations[t * joints + 1] : s.rest_offsets[1]);
       const Quaternion heading = t_pose ? yaw_rotation(yaw_of(body * (*t_pose)[1].conjugate())) : root;
       out.rotations[t * joints] = heading;
       out.rotations[t * joints + 1] = heading.conjugate() * body;

@@ -140,10 +140,12 @@ void fill_source(Clip& clip, const std::string& label, const std::string& digest
 }
 
 // Which joint is which is found once, here; everything later goes by the roles.
-void assign_roles(Clip& clip, const ReadOptions& options) {
+void assign_roles(Clip& clip, std::vector<std::string>& notes, const ReadOptions& options) {
   auto skeleton = std::make_shared<Skeleton>(*clip.skeleton);
-  skeleton->roles = roles_of(*skeleton, map_to_canonical(*skeleton, options.joints));
+  const JointMap map = map_to_canonical(*skeleton, options.joints);
+  skeleton->roles = roles_of(*skeleton, map);
   clip.skeleton = std::move(skeleton);
+  if (map.missing().empty()) notes.push_back("joints as in " + (map.family == "unknown" ? "no convention known by name" : map.family));
 }
 
 // What BVH and AMC have in common once parsed: calibration frames dropped, metres, Z up.
@@ -161,7 +163,7 @@ void finish_clip(Clip& clip, std::vector<std::string>& notes, const WorldFrame& 
 std::unique_ptr<MotionInput> open_bvh(const std::string& bytes, const std::string& label, const std::string& digest, const ReadOptions& options) {
   io::BvhFile file = io::parse_bvh(bytes, {options.lenient});
   Clip clip = std::move(file.clip);
-  assign_roles(clip, options);
+  assign_roles(clip, file.notes, options);
   const WorldFrame frame = detect_world_frame(clip, options.unit, options.up);
   Remarks remarks;
   remarks.add(file.notes, file.repairs);
@@ -247,7 +249,7 @@ std::unique_ptr<MotionInput> open_amc(const std::string& bytes, const std::strin
   }();
   io::AmcFile file = io::parse_amc(bytes, asf, {options.lenient});
   Clip clip = std::move(file.clip);
-  assign_roles(clip, options);
+  assign_roles(clip, file.notes, options);
   Remarks remarks{asf.notes, {}};
   remarks.add(file.notes, file.repairs);
   const bool scaled = options.unit == Unit::automatic && asf.metres_per_unit > 0;
@@ -267,12 +269,13 @@ std::unique_ptr<MotionInput> open_amc(const std::string& bytes, const std::strin
 
 std::unique_ptr<MotionInput> open_npz(const std::string& bytes, const std::string& label, const std::string& digest, const ReadOptions& options) {
   io::NpzMotion motion = io::parse_motion_npz(bytes, options.body_model.get());
-  if (motion.release == "source") assign_roles(motion.clip, options);
+  Remarks remarks;
+  if (motion.release == "source") assign_roles(motion.clip, remarks.notes, options);
   fill_source(motion.clip, label, digest);
   motion.clip.source.unit = "m";
   motion.clip.source.up_axis = "z";
   if (options.first_frame == FirstFrame::drop && motion.clip.frames() > 1) motion.clip = cut(motion.clip, 1, motion.clip.frames() - 1);
-  return std::make_unique<SingleClip>("npz (" + motion.release + ")", std::move(motion.clip), std::move(motion.history), Remarks{}, digest);
+  return std::make_unique<SingleClip>("npz (" + motion.release + ")", std::move(motion.clip), std::move(motion.history), std::move(remarks), digest);
 }
 
 // Standard input's archive goes through an unlinked file: HDF5 needs to seek.

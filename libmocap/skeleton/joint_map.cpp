@@ -189,7 +189,7 @@ bool has(const Skeleton& s, std::initializer_list<const char*> names) {
   return std::all_of(names.begin(), names.end(), [&](const char* n) { return s.find(n) >= 0; });
 }
 
-// The name of a convention, for people; nothing but Bandai-Namco's rest pose (rest_pose.cpp) depends on it.
+// The name of a convention, for people; nothing depends on it.
 std::string family_of(const Skeleton& s) {
   if (has(s, {"joint_Root", "Hips", "UpperLeg_L", "LowerLeg_R", "UpperArm_L", "Hand_R", "Toes_L"})) return "bandai-namco";
   if (has(s, {"lfemur", "ltibia", "lhumerus", "lradius"})) return "cmu (asf)";
