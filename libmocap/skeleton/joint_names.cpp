@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace mocap {
 namespace {
@@ -62,8 +64,29 @@ std::vector<std::string> segment(const std::string& run) {
   return words;
 }
 
+// Japanese names, as MikuMikuDance has them, in the words of the dictionary; of two that begin alike the longer one first.
+constexpr std::pair<std::string_view, std::string_view> kJapanese[] = {
+    {"左", "left"},   {"右", "right"},   {"足首", "ankle"}, {"つま先", "toe"}, {"足", "leg"},      {"ひざ", "knee"},  {"膝", "knee"},      {"手首", "wrist"}, {"ひじ", "elbow"}, {"肘", "elbow"},  {"腕", "arm"},
+    {"捩", "twist"},  {"肩", "shoulder"}, {"首", "neck"},    {"頭", "head"},    {"上半身", "spine"}, {"下半身", "pelvis"}, {"親指", "thumb"}, {"人指", "index"}, {"中指", "middle"}, {"薬指", "ring"}, {"小指", "pinky"},
+    {"目", "eye"},    {"手", "hand"}};
+
+std::string in_english(std::string_view name) {
+  std::string out;
+  while (!name.empty()) {
+    const auto* word = std::find_if(std::begin(kJapanese), std::end(kJapanese), [&](const auto& w) { return name.starts_with(w.first); });
+    const std::size_t taken = word == std::end(kJapanese) ? 1 : word->first.size();
+    if (word == std::end(kJapanese)) out += name.front();
+    else out += ' ', out += word->second, out += ' ';
+    name.remove_prefix(taken);
+  }
+  return out;
+}
+
 // Runs of letters, divided at everything else and at changes of case: "LHipJoint" is L Hip Joint.
-std::vector<std::string> runs_of(std::string_view name) {
+std::vector<std::string> runs_of(std::string_view written) {
+  const bool ascii = std::all_of(written.begin(), written.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+  const std::string translated = ascii ? std::string() : in_english(written);
+  std::string_view name = ascii ? written : std::string_view(translated);
   if (const auto at = name.find_last_of(":|"); at != std::string_view::npos && at + 1 < name.size()) name = name.substr(at + 1);
   std::vector<std::string> runs;
   for (std::size_t i = 0; i < name.size(); ++i) {

@@ -14,6 +14,9 @@ namespace mocap {
 // the motion has to tell (clip/pose_alignment.hpp). The skeleton must be in metres, Z up. [J]
 std::optional<std::vector<Quaternion>> t_pose_orientations(const Skeleton& skeleton, const JointMap& map);
 
+// Which way is up in a rest pose that stands, in the skeleton's own axes and any unit; nullopt where it does not stand.
+std::optional<Vector3> rest_up(const Skeleton& skeleton, const JointMap& map);
+
 // Positions of all joints in that T-pose, root at the origin. [J]
 std::vector<Vector3> t_pose_positions(const Skeleton& skeleton, const std::vector<Quaternion>& t_pose);
 
