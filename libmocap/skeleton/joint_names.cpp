@@ -28,7 +28,7 @@ const std::map<std::string, std::string, std::less<>>& dictionary() {
       {"finger", "finger"}, {"fingers", "finger"}, {"thumb", "thumb"}, {"index", "index"}, {"middle", "middle"}, {"mid", "middle"}, {"ring", "ring"}, {"pinky", "pinky"},
       {"little", "pinky"}, {"palm", "palm"}, {"end", "end"},      {"nub", "end"},     {"tip", "end"},      {"site", "end"},    {"twist", "twist"},  {"roll", "twist"},
       {"joint", "joint"}, {"jnt", ""},        {"bone", ""},      {"bn", ""},         {"mocap", ""},       {"actor", ""},      {"skeleton", ""},   {"bip", ""},    {"def", ""},
-      {"bend", ""},       {"stretch", ""},
+      {"talus", "ankle"}, {"calcn", "heel"}, {"calcaneus", "heel"}, {"bend", ""},       {"stretch", ""},
       {"top", "top"},     {"in", "in"},       {"eye", "eye"},    {"jaw", "jaw"},     {"inhand", "finger"}};
   return words;
 }
@@ -143,6 +143,12 @@ std::vector<JointName> joint_names_of(const Skeleton& s) {
     for (auto& r : runs)
       if (!r.empty() && r.front() == prefix) r.erase(r.begin());
   }
+  // "left_upLeg_joint": a word behind that says no more than that it is one.
+  std::size_t behind = 0;
+  for (const auto& r : runs) behind += r.size() > 1 && r.back() == "joint";
+  if (runs.size() >= 3 && 10 * behind >= 8 * runs.size())
+    for (auto& r : runs)
+      if (r.size() > 1 && r.back() == "joint") r.pop_back();
   std::vector<JointName> out;
   for (std::size_t j = 0; j < runs.size(); ++j) out.push_back(from_runs(runs[j], s.joint_names[j]));
   return out;

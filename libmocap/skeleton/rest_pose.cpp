@@ -115,6 +115,8 @@ std::optional<Vector3> rest_up(const Skeleton& s, const JointMap& map) {
   return frame ? std::optional<Vector3>(frame->col(2)) : std::nullopt;
 }
 
+bool foot_hangs(const Vector3& ankle_to_toe) { return ankle_to_toe.norm() > 1e-6 && -ankle_to_toe.normalized().z() > 0.906; }
+
 std::vector<Vector3> t_pose_positions(const Skeleton& s, const std::vector<Quaternion>& t_pose) {
   std::vector<Vector3> p(s.parents.size(), Vector3::Zero());
   for (std::size_t j = 1; j < p.size(); ++j) {
@@ -156,7 +158,8 @@ SoleHeights sole_heights(const Skeleton& s) {
       const auto k = static_cast<std::size_t>(e.parent);
       if (of_foot[k]) lowest = std::min(lowest, (p[k] + (*t_pose)[k] * e.offset).z());
     }
-    if (lowest < at(ankle) - 0.01) return {at(toe >= 0 ? toe : ankle) - lowest + kToeTipHeight, at(ankle) - lowest + kToeTipHeight};
+    const bool hangs = toe >= 0 && foot_hangs(p[static_cast<std::size_t>(toe)] - p[static_cast<std::size_t>(ankle)]);
+    if (!hangs && lowest < at(ankle) - 0.01) return {at(toe >= 0 ? toe : ankle) - lowest + kToeTipHeight, at(ankle) - lowest + kToeTipHeight};
   }
   const double length = leg_length(s, map);
   const double scale = length > 0 ? length / leg_length(*canonical_body(), map_to_canonical(*canonical_body())) : 1;

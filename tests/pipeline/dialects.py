@@ -208,6 +208,27 @@ RIGS = {
     "props": rig("World=ground|Armature=ground|Hips=pelvis|Spine=s.3|Chest=s.6|Neck=neck|Head=head", "Leg_Upper_{S}=hip|Leg_Lower_{S}=knee|Foot_{S}=ankle|Toe_{S}=foot", "Clavicle_{S}=collar|Arm_Upper_{S}=shoulder|Arm_Lower_{S}=elbow|Hand_{S}=wrist",
                  extra=["Prop_Sword=handR", "Camera=ground", "Tail1=pelvis", "Skirt_L1=pelvis", "Skirt_R1=pelvis", "Weapon_Back=s.6"]),
 }
+for _name, _centre, _leg, _arm in (  # names alone
+    ("vrchat", "Armature=ground|Hips=pelvis|Spine=s.3|Chest=s.6|Neck=neck|Head=head", "{S} leg=hip|{S} knee=knee|{S} ankle=ankle|{S} toe=foot", "{S} shoulder=collar|{S} arm=shoulder|{S} elbow=elbow|{S} wrist=wrist"),
+    ("second-life", "mPelvis=pelvis|mTorso=s.3|mChest=s.6|mNeck=neck|mHead=head", "mHip{S}=hip|mKnee{S}=knee|mAnkle{S}=ankle|mFoot{S}=foot|mToe{S}=toetip", "mCollar{S}=collar|mShoulder{S}=shoulder|mElbow{S}=elbow|mWrist{S}=wrist"),
+    ("valve", "ValveBiped.Bip01=pelvis|ValveBiped.Bip01_Pelvis=pelvis|ValveBiped.Bip01_Spine=s.2|ValveBiped.Bip01_Spine2=s.6|ValveBiped.Bip01_Neck1=neck|ValveBiped.Bip01_Head1=head", "ValveBiped.Bip01_{L}_Thigh=hip|ValveBiped.Bip01_{L}_Calf=knee|ValveBiped.Bip01_{L}_Foot=ankle|ValveBiped.Bip01_{L}_Toe0=foot", "ValveBiped.Bip01_{L}_Clavicle=collar|ValveBiped.Bip01_{L}_UpperArm=shoulder|ValveBiped.Bip01_{L}_Forearm=elbow|ValveBiped.Bip01_{L}_Hand=wrist"),
+    ("arkit", "root=ground|hips_joint=pelvis|spine_1_joint=s.2|spine_2_joint=s.4|spine_3_joint=s.6|neck_1_joint=neck|neck_2_joint=neck.5|head_joint=head", "{s}_upLeg_joint=hip|{s}_leg_joint=knee|{s}_foot_joint=ankle|{s}_toes_joint=foot", "{s}_shoulder_1_joint=collar|{s}_arm_joint=shoulder|{s}_forearm_joint=elbow|{s}_hand_joint=wrist"),
+    ("deepmotion", "root=ground|hips_JNT=pelvis|spine_JNT=s.2|spine1_JNT=s.5|spine2_JNT=s.7|neck_JNT=neck|head_JNT=head", "{l}_upleg_JNT=hip|{l}_leg_JNT=knee|{l}_foot_JNT=ankle|{l}_toebase_JNT=foot", "{l}_shoulder_JNT=collar|{l}_arm_JNT=shoulder|{l}_forearm_JNT=elbow|{l}_hand_JNT=wrist"),
+    ("cascadeur", "pelvis=pelvis|stomach=s.3|chest=s.6|neck=neck|head=head", "thigh_{l}=hip|calf_{l}=knee|foot_{l}=ankle|toe_{l}=foot", "clavicle_{l}=collar|arm_{l}=shoulder|forearm_{l}=elbow|hand_{l}=wrist"),
+    ("roblox", "HumanoidRootNode=ground|LowerTorso=pelvis|UpperTorso=s.4|Head=head", "{S}UpperLeg=hip|{S}LowerLeg=knee|{S}Foot=ankle", "{S}UpperArm=shoulder|{S}LowerArm=elbow|{S}Hand=wrist"),
+    ("pose-estimator", "Hip=pelvis|Spine=s.4|Thorax=s.9|Neck=neck|HeadTop=head", "{S}Hip=hip|{S}Knee=knee|{S}Ankle=ankle", "{S}Shoulder=shoulder|{S}Elbow=elbow|{S}Wrist=wrist"),
+    ("theia", "worldbody=ground|pelvis=pelvis|abdomen=s.3|thorax=s.6|neck=neck|head=head", "{l}_thigh=hip|{l}_shank=knee|{l}_foot=ankle|{l}_toes=foot", "{l}_upperarm=shoulder|{l}_lowerarm=elbow|{l}_hand=wrist"),
+    ("opensim", "ground=ground|pelvis=pelvis|torso=s.3|head=head", "femur_{l}=hip|tibia_{l}=knee|talus_{l}=ankle|calcn_{l}=heel+|toes_{l}=foot", "humerus_{l}=shoulder|ulna_{l}=elbow|radius_{l}=elbow|hand_{l}=wrist"),
+    ("upper-case", "HIPS=pelvis|SPINE=s.4|NECK=neck|HEAD=head", "{SS}_THIGH=hip|{SS}_SHIN=knee|{SS}_FOOT=ankle|{SS}_TOE=foot", "{SS}_COLLAR=collar|{SS}_UPPERARM=shoulder|{SS}_FOREARM=elbow|{SS}_HAND=wrist"),
+    ("run-together", "root=pelvis|lowerspine=s.3|upperspine=s.6|neck=neck|head=head", "{s}upperleg=hip|{s}lowerleg=knee|{s}foot=ankle|{s}toe=foot", "{s}clavicle=collar|{s}upperarm=shoulder|{s}lowerarm=elbow|{s}hand=wrist"),
+    ("sided-behind", "Hip=pelvis|Spine01=s.4|Neck=neck|Head=head", "UpLeg{S}=hip|LowLeg{S}=knee|Foot{S}=ankle|Toe{S}=foot", "Collar{S}=collar|UpArm{S}=shoulder|LowArm{S}=elbow|Hand{S}=wrist"),
+    ("suffixed", "Hips_end0=pelvis|Spine_jnt=s.4|Neck_jnt=neck|Head_jnt=head", "L_UpperLeg_{L}=hip".replace("L_UpperLeg_{L}", "UpperLeg_{l}_jnt") + "|LowerLeg_{l}_jnt=knee|Foot_{l}_jnt=ankle|Toe_{l}_jnt=foot", "Clavicle_{l}_jnt=collar|UpperArm_{l}_jnt=shoulder|LowerArm_{l}_jnt=elbow|Hand_{l}_jnt=wrist"),
+    ("momentum", "body_world=ground|root=pelvis|c_spine0=s.1|c_spine1=s.3|c_spine2=s.5|c_spine3=s.7|c_neck=neck|c_head=head", "{l}_upleg=hip|{l}_lowleg=knee|{l}_foot=ankle|{l}_ball=foot", "{l}_clavicle=collar|{l}_uparm=shoulder|{l}_lowarm=elbow|{l}_wrist=wrist"),
+    ("metahuman", "root=ground|pelvis=pelvis|spine_01=s.1|spine_02=s.25|spine_03=s.4|spine_04=s.6|spine_05=s.8|neck_01=neck|neck_02=neck.5|head=head", "thigh_{l}=hip|thigh_correctiveRoot_{l}=hip+|calf_{l}=knee|foot_{l}=ankle|ball_{l}=foot", "clavicle_{l}=collar|clavicle_out_{l}=collar+|upperarm_{l}=shoulder|upperarm_correctiveRoot_{l}=shoulder+|lowerarm_{l}=elbow|hand_{l}=wrist"),
+    ("hub", "Hips=pelvis|Chest=s.4|Neck=neck|Head=head", "{S}Hip=pelvis|{S}Thigh=hip|{S}Knee=knee|{S}Foot=ankle|{S}Toe=foot", "{S}Collar=collar|{S}Shoulder=shoulder|{S}Elbow=elbow|{S}Hand=wrist"),
+    ("robot", "Robot_Hips=pelvis|Robot_Spine=s.3|Robot_Spine1=s.6|Robot_Neck=neck|Robot_Head=head", "Robot_{S}UpLeg=hip|Robot_{S}Leg=knee|Robot_{S}Foot=ankle", "Robot_{S}Shoulder=collar|Robot_{S}Arm=shoulder|Robot_{S}ForeArm=elbow|Robot_{S}Hand=wrist"),
+):
+    RIGS[_name] = rig(_centre, _leg, _arm)
 
 BEASTS = {
     "quadruped": rig("Pelvis=pelvis|Spine=s.4|Neck=neck|Head=head", "BackLeg{S}Upper=hip|BackLeg{S}Lower=knee|BackLeg{S}Paw=ankle", "FrontLeg{S}Upper=shoulder|FrontLeg{S}Lower=elbow|FrontLeg{S}Paw=wrist", extra=["Tail1=pelvis", "Tail2=pelvis"]),
@@ -364,6 +385,17 @@ def rest_pose(rig, kind, rng):
             v = v / np.linalg.norm(v)
             axis = np.cross(v, [1, 0, 0])
             R[j] = turn(axis if np.linalg.norm(axis) > 1e-6 else [0, 1, 0], np.degrees(np.arccos(np.clip(v[0], -1, 1))))
+    for j in range(n):
+        part = rig.part(j) or ""
+        side = 1 if part.startswith("left") else -1
+        if kind == "toes-down" and part.endswith(("ankle", "foot")):
+            R[j] = axis_rotation("X", 70)
+        if kind == "elbows" and part.endswith(("elbow", "wrist")):
+            R[j] = axis_rotation("Y", -side * 80)
+        if kind == "feet-out" and part.endswith(("ankle", "foot")):
+            R[j] = axis_rotation("Y", side * 35)
+        if kind == "sitting" and part.endswith("hip"):
+            R[j] = axis_rotation("X", -88)
     if kind == "lying":
         R = axis_rotation("X", -90) @ R
     if kind == "lying-x":
@@ -387,7 +419,7 @@ class Writer:
 
     def bvh(self, label, motion, rig_name, **options):
         v = dict(unit="cm", up="y", facing="+z", rest_facing=0, rest="T", order="ZXY", rate=120, seconds=2.0, start=(0, 0, 0), height=0.0, digits=6, channels="plain", text="lf", pose="upright", size=1.0, first="motion",
-                 reflect=False, frames=None, frame_time=None, first_at=0.3, expect="clip", rest_up=None, noise=1e-3)
+                 reflect=False, frames=None, frame_time=None, first_at=0.3, expect="clip", rest_up=None, reference=0, root_offset=(0, 0, 0), noise=1e-3)
         v.update(options)
         rng = np.random.default_rng(sum(map(ord, label)))
         rig_ = Rig(RIGS[rig_name] if rig_name in RIGS else BEASTS[rig_name], motion, rng)
@@ -402,10 +434,12 @@ class Writer:
         pelvis = next(j for j in range(n) if rig_.part(j) == "pelvis")
         R = rest_pose(rig_, v["rest"], rng)
         R = axis_rotation("Y", v["rest_facing"]) @ R
+        if v["rest"] == "first":
+            R = W[0].copy()
         if v["rest"] != "random" and v["rest"] != "along-x":
             for j in range(n):
                 if rig_.drive[j] is None:
-                    R[j] = np.eye(3)
+                    R[j] = axis_rotation("X", v["reference"])
         L, offsets = np.zeros((frames, n, 3, 3)), np.zeros((n, 3))
         scale = v["size"] / UNITS[v["unit"]]
         # The file's axes: everything conjugated by A, or the rest pose left in Y up while the motion is Z up (rest_up).
@@ -417,6 +451,7 @@ class Writer:
             L[:, j] = world[:, j] if q < 0 else np.einsum("tji,tjk->tik", world[:, q], world[:, j])
             if q >= 0:
                 offsets[j] = B @ R[q] @ (rig_.T[j] - rig_.T[q]) * scale
+        offsets[0] = np.asarray(v["root_offset"], float) * scale
         start = np.asarray(v["start"], float) / UNITS[v["unit"]]
         lift = np.array([0, v["height"], 0])
         path = (root * v["size"] + lift) @ A.T / UNITS[v["unit"]] + start
@@ -593,14 +628,24 @@ def posed(kind, G, root, body, times):
     """The whole figure otherwise than upright, or as it is. Rotations about the pelvis, which is brought to a sensible height."""
     if kind == "upright":
         return G, root
-    Q = {"lying": axis_rotation("X", -90), "prone": axis_rotation("X", 88), "handstand": axis_rotation("X", 180), "side": axis_rotation("Z", 90), "crawl": axis_rotation("X", 80)}[kind]
+    Q = {"lying": axis_rotation("X", -90), "prone": axis_rotation("X", 88), "handstand": axis_rotation("X", 180), "side": axis_rotation("Z", 90), "crawl": axis_rotation("X", 80)}.get(kind, np.eye(3))
+    if kind == "sitting":
+        G = G.copy()
+        for s in SIDES:
+            G[:, NAMES.index(s + "_hip")] = axis_rotation("X", -85 + 4 * np.sin(times))
+            for c in ("_knee", "_ankle", "_foot"):
+                G[:, NAMES.index(s + c)] = axis_rotation("X", 3 * np.sin(3 * times) + (4 if s == "left" else 0))
+        path = np.broadcast_to(root[:1] * [1, 0, 1] + [0, 0.5, 0], root.shape) + 0
+        for s, c in ((s, c) for s in SIDES for c in ("shoulder", "elbow", "wrist")):
+            G[:, NAMES.index(f"{s}_{c}")] = axis_rotation("Z", -70 if s == "left" else 70) @ axis_rotation("Y", 20 * np.sin(4 * times))
+        return G, path
     if kind in ("lying", "prone", "side"):
         G = orthonormal(0.85 * np.eye(3) + 0.15 * G)
         for s in SIDES:
             for c in ("_shoulder", "_elbow", "_wrist"):
                 G[:, NAMES.index(s + c)] = axis_rotation("Z", -80 if s == "left" else 80)
     G = Q @ G
-    height = {"lying": 0.12, "prone": 0.15, "side": 0.2, "handstand": 1.25, "crawl": 0.55}[kind]
+    height = {"lying": 0.12, "prone": 0.15, "side": 0.2, "handstand": 1.25, "crawl": 0.55}.get(kind, 0.5)
     path = root.copy()
     if kind in ("lying", "side"):
         path[:, [0, 2]] = path[:1, [0, 2]]
@@ -687,6 +732,21 @@ def write_all(corpus, folder):
         w.bvh("reflected z " + m.name, m, "mixamo", reflect=True, up="z", expect="refused")
         w.bvh("reflected random " + m.name, m, "rokoko", reflect=True, rest="random", expect="refused")
         w.bvh("reflected no toes " + m.name, m, "biovision", reflect=True, expect="refused" if m is not lift else "any")
+    for rest in ("toes-down", "elbows", "feet-out", "sitting", "first"):
+        for up in "yz":
+            w.bvh(f"rest {rest} {up} walk", walk, "lafan1", rest=rest, up=up)
+            w.bvh(f"rest {rest} {up} lift", lift, "mixamo", rest=rest, up=up, facing="-x", rest_facing=90)
+    for angle in (90, -90):
+        w.bvh(f"reference turned {angle}", walk, "humanik", reference=angle)
+        w.bvh(f"reference turned {angle} z", jump, "unreal", reference=angle, up="z", unit="m")
+    w.bvh("root offset", walk, "lafan1", root_offset=(0, 0.95, 0))
+    w.bvh("root offset far", jog, "mixamo", root_offset=(-3, 0.95, 4), start=(2, 0, 1))
+    for up in "yz":
+        for name in ("rokoko", "biovision"):
+            for rest in ("T", "random"):
+                w.bvh(f"pose sitting {up} {name} {rest}", walk, name, pose="sitting", up=up, rest=rest)
+    for rate, time in ((240, "0.0042"), (180, "0.0056"), (144, "0.0069"), (30, "0.033"), (60, "0.017"), (24, "0.042"), (125, "0.008"), (200, "0.005"), (30000 / 1001, "0.0334"), (120, "0.00833")):
+        w.bvh(f"time coarse {time}", jog, "lafan1", rate=rate, frame_time=time)
     for name in BEASTS:
         w.bvh(f"beast {name}", walk, name, expect="beast")
     for k, (unit, axes, degrees) in enumerate(((0.45, "XYZ", True), (1.0, "XYZ", True), (0.45, "ZYX", True), (0.45, "YZX", False), (2.54, "XYZ", False))):
@@ -818,7 +878,7 @@ def judge(key, t, body, clip, refusal, reference, worst):
     limbs = mean(LIMBS)
     trunk = mean([(s, e) for s, e in TRUNK]) if not {"neck", "head", "spine3"} & set(t["hidden"]) else 0
     few = t["frames"] < 10
-    loose = t["rest"] in ("random", "along-x")
+    loose = t["rest"] in ("random", "along-x", "first")
     note("limbs", limbs), note("trunk", trunk)
     if limbs > 3:
         out.append(f"limbs {limbs:.1f} degrees off, expected at most 3")
