@@ -897,6 +897,8 @@ def judge(key, t, body, clip, refusal, reference, worst):
             limit = 90 if loose or few else 45 if c in ("neck", "spine1", "spine2", "spine3", "left_collar", "right_collar") else 12
             if off > limit:
                 out.append(f"{c} turned by {off:.0f} degrees, expected at most {limit}")
+    if t["pose"] == "handstand" and q[:, :, 1].min() < -0.02:
+        out.append(f"{-q[:, :, 1].min():.2f} m under the floor")
     if t["pose"] == "upright" and t["expect"] == "clip" and not few:
         sole = np.minimum(at(q, "left_foot"), at(q, "right_foot"))[:, 1]
         still = clip["contacts"].any(1)
