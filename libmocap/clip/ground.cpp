@@ -10,6 +10,8 @@
 namespace mocap {
 namespace {
 
+constexpr double kBelowSoles = 0.15, kFleshUnderJoint = 0.05;  // metres
+
 struct FootTrack {  // one point of one foot over time
   std::vector<Vector3> position;
   double sole_height = 0;  // of the joint above the sole
@@ -25,13 +27,22 @@ struct FootTrack {  // one point of one foot over time
 };
 
 // [0] left toe base, [1] right toe base, [2] left ankle, [3] right ankle; empty where the role is missing.
-std::array<FootTrack, 4> foot_tracks(const Clip& clip) {
+// `lowest`, if given, gets the height of the lowest joint of the body in each frame: of those with a role, for props and references are none of it.
+std::array<FootTrack, 4> foot_tracks(const Clip& clip, std::vector<double>* lowest = nullptr) {
   std::array<FootTrack, 4> tracks;
   const std::array<int, 4> joint = {clip.skeleton->find_role("left_foot"), clip.skeleton->find_role("right_foot"), clip.skeleton->find_role("left_ankle"),
                                     clip.skeleton->find_role("right_ankle")};
+  std::vector<std::size_t> body;
+  for (const auto& [role, name] : clip.skeleton->roles)
+    if (const int j = clip.skeleton->find(name); j >= 0) body.push_back(static_cast<std::size_t>(j));
   Pose pose;
   for (std::size_t t = 0; t < clip.frames(); ++t) {
     world_pose(clip, t, pose);
+    if (lowest) {
+      double low = std::numeric_limits<double>::infinity();
+      for (const std::size_t j : body) low = std::min(low, pose.positions[j].z());
+      lowest->push_back(low);
+    }
     for (std::size_t k = 0; k < 4; ++k)
       if (joint[k] >= 0) tracks[k].position.push_back(pose.positions[static_cast<std::size_t>(joint[k])]);
   }
@@ -71,7 +82,8 @@ void drop_short_runs(std::vector<std::array<std::uint8_t, 2>>& labels, std::size
 }  // namespace
 
 double floor_height(const Clip& clip) {
-  const auto tracks = foot_tracks(clip);
+  std::vector<double> lowest;
+  const auto tracks = foot_tracks(clip, &lowest);
   std::vector<std::pair<double, double>> slow, all;  // height, weight
   double weights = 0;
   for (std::size_t t = 0; t < clip.frames(); ++t) {
@@ -88,7 +100,10 @@ double floor_height(const Clip& clip) {
     weights += weight;
   }
   if (all.empty()) return 0;
-  return weights >= 5 ? quantile(std::move(slow), 0.25) : quantile(std::move(all), 0.05);
+  const double floor = weights >= 5 ? quantile(std::move(slow), 0.25) : quantile(std::move(all), 0.05);
+  // Who stands on the hands or lies with the feet up does not stand on the soles: most of the time something is well below them.
+  std::sort(lowest.begin(), lowest.end());
+  return lowest[lowest.size() / 2] < floor - kBelowSoles ? lowest[lowest.size() / 4] - kFleshUnderJoint : floor;
 }
 
 double set_on_ground(Clip& clip) {

@@ -10,7 +10,8 @@ namespace mocap {
 // Height of the floor under the soles, from the frames in which the lower foot is slow (weight 1 below 0.20 m/s, falling
 // to 0 at 0.30): the 25th percentile of the lower sole's height; over all frames the 5th percentile where fewer than 5 frames are slow.
 // Height of a sole: the lower of ankle and toe base above it (skeleton/rest_pose.hpp, sole_heights). Robust against single frames; 0 for a
-// skeleton without feet.
+// skeleton without feet. Where most of the time some other joint of the body is 0.15 m below that - lying with the feet up, on the hands - the
+// floor is 0.05 m under the lowest joint (its 25th percentile).
 double floor_height(const Clip& clip);
 
 // Lowers or lifts the whole clip so that floor_height() is 0; returns the shift applied. source.origin follows.

@@ -94,7 +94,7 @@ std::vector<Quaternion> alignment_from_motion(const Clip& clip, const JointMap& 
     align(trunk[k], z, up.norm() > 1e-6 ? up : trunk_of(trunk[k]), y, k < 2 ? Vector3(across_of(trunk[k], "hip") + across_of(trunk[k], "shoulder")) : across_of(trunk[k], "shoulder"), x,
           forward_of(trunk[k]));
   }
-  if (seen.has("head")) align("head", z, seen.mean("head", [&](std::size_t) { return z; }), y, across_of("head", "shoulder"), x, forward_of("head"));
+  if (seen.has("head")) align("head", z, seen.mean("head", [&](std::size_t t) { return seen.trunk(t).z() > 0.5 ? z : seen.trunk(t); }), y, across_of("head", "shoulder"), x, forward_of("head"));
 
   for (const bool left : {true, false}) {
     const std::string p = left ? "left_" : "right_";

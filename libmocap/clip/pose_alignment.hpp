@@ -14,7 +14,7 @@ namespace mocap {
 //   trunk, neck     the bone, exactly; the across-vector of hips and shoulders
 //   pelvis          the across-vector of the hips, exactly; the direction of the trunk
 //   feet            upright while they stand still under an upright shank; the direction of the toes
-//   head            upright and looking along with the shoulders, on average
+//   head            upright (in line with the trunk while that is not) and looking along with the shoulders, on average
 //   toes and hands  as foot and forearm, on average
 // Twist over time is the source's own. Limbs that never bend, and clips of a few frames, take the twist from the trunk's facing.
 // Accuracy: on a made walk within 4 degrees, toes and hands 15 (tests/clip/pose_alignment_test.cpp). Against the table of Bandai-Namco's axes, mean

@@ -85,8 +85,11 @@ void Retargeter::align_from_rest(const std::vector<Quaternion>& t_pose) {
       const int toe = map_.source_of(name.substr(0, name.find('_')) + "_foot");
       if (toe >= 0) {
         Vector3 ahead = m[c].conjugate() * (p[static_cast<std::size_t>(toe)] - p[static_cast<std::size_t>(from)]);
-        ahead.z() = 0;
-        if (ahead.norm() > 1e-6) m[c] = m[c] * rotation_between(Vector3::UnitX(), ahead);
+        // But toes that hang straight down at rest belong to a foot that is not flat.
+        const bool hangs = foot_hangs(ahead);
+        if (!hangs) ahead.z() = 0;
+        if (hangs) m[c] = m[c] * rotation_between(body->rest_offsets[static_cast<std::size_t>(body->find(name.substr(0, name.find('_')) + "_foot"))], ahead);
+        else if (ahead.norm() > 1e-6) m[c] = m[c] * rotation_between(Vector3::UnitX(), ahead);
       }
     }
     for (const Bone& bone : bones_) {

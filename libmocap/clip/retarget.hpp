@@ -6,7 +6,7 @@
 // turns the canonical rest bone onto the source's own bone direction there, the shortest rotation from the parent's, M_c = M_p
 // between(d_c, M_p^-1 d_s). Where it has none, A_c comes from joint positions (clip/pose_alignment.hpp). Either way bone directions
 // agree and twist is the source's. Pelvis and head stand upright in T-pose (M = identity); feet are flat in T-pose (M_c turns about
-// the vertical only). Joints without a source keep their parent's rotation. Where a rig has joints between two that are mapped (a second
+// the vertical only) unless the toes hang (foot_hangs()). Joints without a source keep their parent's rotation. Where a rig has joints between two that are mapped (a second
 // neck joint, a divided thigh), R_c(t) is turned on by the shortest rotation to where the next mapped joint really is.
 //
 // Travel. The midpoint of the hips follows the source's, scaled by the ratio s of leg lengths, so that steps fit the legs.

@@ -3,8 +3,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/skeleton/joint_map.hpp"
@@ -41,25 +43,62 @@ Unit nearest_unit(double length, double typical, double& factor) {
   return best;
 }
 
-// Mean direction from the feet end to the head end over a few frames: pelvis to head, else feet to pelvis.
-Vector3 body_axis(const Clip& raw) {
-  const JointMap map = map_to_canonical(*raw.skeleton);
+// Mean direction from the feet end to the head end over a few frames: pelvis to head, else feet to pelvis. And how low the body
+// reaches along Y and Z in each of them.
+struct Stance {
+  Vector3 axis = Vector3::Zero();  // sum of unit vectors
+  std::array<std::vector<double>, 2> lowest;
+};
+Stance stance_of(const Clip& raw, const JointMap& map) {
   const int head = map.source_of("head") >= 0 ? map.source_of("head") : map.source_of("neck");
   const int left = map.source_of("left_ankle"), right = map.source_of("right_ankle");
-  Vector3 sum = Vector3::Zero();
+  Stance out;
   Pose pose;
   const std::size_t step = std::max<std::size_t>(1, raw.frames() / 32);
   for (std::size_t t = 0; t < raw.frames(); t += step) {
     world_pose(raw, t, pose);
     const auto at = [&](int j) { return pose.positions[static_cast<std::size_t>(j)]; };
     if (head >= 0 && left >= 0 && right >= 0)
-      sum += (at(head) - (at(left) + at(right)) / 2).normalized();
+      out.axis += (at(head) - (at(left) + at(right)) / 2).normalized();
     else if (head > 0)
-      sum += (at(head) - at(0)).normalized();
+      out.axis += (at(head) - at(0)).normalized();
     else if (left >= 0)
-      sum += (at(0) - at(left)).normalized();
+      out.axis += (at(0) - at(left)).normalized();
+    std::array<double, 2> low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    for (const int j : map.source)
+      for (const int k : {0, 1})
+        if (j >= 0) low[static_cast<std::size_t>(k)] = std::min(low[static_cast<std::size_t>(k)], at(j)[k + 1]);
+    for (const std::size_t k : {0, 1})
+      if (std::isfinite(low[k])) out.lowest[k].push_back(low[k]);
   }
-  return sum;
+  return out;
+}
+
+// Which of Y (0) and Z (1) is up, in points for each. A figure that stands in its rest pose and upright in its motion along the same axis
+// leaves no doubt. Otherwise who lies, crawls or stands on his hands has to be told from a rig that rests along another axis than it moves:
+// what bears a body stays at one height while the body travels, and most floors are at 0.
+std::array<double, 2> up_points(const Clip& raw, const JointMap& map, double leg) {
+  Stance stance = stance_of(raw, map);
+  std::array<double, 2> points{};
+  const double n = static_cast<double>(std::max<std::size_t>(1, stance.lowest[0].size()));
+  const auto rest = rest_up(*raw.skeleton, map);
+  for (const int k : {0, 1}) {
+    const double upright = stance.axis[k + 1] / n;
+    points[static_cast<std::size_t>(k)] = (upright > 0 ? upright : -0.3 * upright) + (rest && std::abs((*rest)[k + 1]) > 0.9 ? 0.6 : 0);
+  }
+  if (!(leg > 0) || stance.lowest[0].empty() || std::max(points[0], points[1]) > 1.1) return points;
+  std::array<double, 2> spread{}, floor{};
+  for (const std::size_t k : {0, 1}) {
+    auto& low = stance.lowest[k];
+    std::sort(low.begin(), low.end());
+    floor[k] = low[low.size() / 20];
+    spread[k] = (low[low.size() * 6 / 10] - floor[k]) / leg;  // the higher ones may be flight
+  }
+  for (const std::size_t k : {0, 1}) {
+    if (spread[1 - k] > 0.3 && spread[k] < 0.4 * spread[1 - k]) points[k] += 0.8;
+    if (std::abs(floor[k]) < 0.12 * leg && std::abs(floor[1 - k]) > 0.24 * leg) points[k] += 0.5;
+  }
+  return points;
 }
 
 }  // namespace
@@ -96,7 +135,8 @@ WorldFrame detect_world_frame(const Clip& raw, Unit unit, UpAxis up) {
   WorldFrame frame;
   frame.unit = unit;
   frame.up = up;
-  const double leg = leg_length(*raw.skeleton, map_to_canonical(*raw.skeleton));
+  const JointMap map = map_to_canonical(*raw.skeleton);
+  const double leg = leg_length(*raw.skeleton, map);
   if (unit == Unit::automatic) {
     double factor = 1;
     const double size = leg > 0 ? leg : extent(raw);
@@ -111,11 +151,9 @@ WorldFrame detect_world_frame(const Clip& raw, Unit unit, UpAxis up) {
   }
   frame.leg_length_m = leg * metres_per(frame.unit);
   if (up == UpAxis::automatic) {
-    const Vector3 axis = body_axis(raw);
-    // A figure lying for most of its clip has no say; Y is what most files mean.
-    frame.up = axis.z() > 0.5 * axis.norm() && std::abs(axis.y()) < axis.z() ? UpAxis::z : UpAxis::y;
-    if (axis.norm() > 0 && std::max(std::abs(axis.y()), std::abs(axis.z())) < 0.6 * axis.norm())
-      frame.notes.push_back(fmt::format("the up axis is uncertain ({} assumed); force one with --up", text(frame.up)));
+    const auto points = up_points(raw, map, leg);
+    frame.up = points[1] > points[0] ? UpAxis::z : UpAxis::y;
+    if (std::abs(points[0] - points[1]) < 0.2) frame.notes.push_back(fmt::format("the up axis is uncertain ({} assumed); force one with --up", text(frame.up)));
   }
   return frame;
 }
@@ -138,12 +176,18 @@ void to_metres_z_up(Clip& clip, const WorldFrame& frame) {
 std::size_t calibration_frames(const Clip& clip) {
   if (clip.frames() < 4) return 0;
   const auto j = static_cast<std::size_t>(clip.joints());
+  const JointMap map = map_to_canonical(*clip.skeleton);
+  // Of the body alone: fingers that never move would hide its jump.
+  std::vector<std::size_t> body;
+  for (const int k : map.source)
+    if (k >= 0) body.push_back(static_cast<std::size_t>(k));
+  if (body.empty())
+    for (std::size_t k = 0; k < j; ++k) body.push_back(k);
   const auto step = [&](std::size_t t) {
     double sum = 0;
-    for (std::size_t k = 0; k < j; ++k) sum += geodesic_distance(clip.rotations[t * j + k], clip.rotations[(t + 1) * j + k]);
-    return sum / static_cast<double>(j);
+    for (const std::size_t k : body) sum += geodesic_distance(clip.rotations[t * j + k], clip.rotations[(t + 1) * j + k]);
+    return sum / static_cast<double>(body.size());
   };
-  const JointMap map = map_to_canonical(*clip.skeleton);
   Pose pose;
   const auto at_rest = [&](std::size_t t) {
     world_pose(clip, t, pose);
@@ -156,9 +200,17 @@ std::size_t calibration_frames(const Clip& clip) {
     const Vector3 leg = bone("left_hip", "left_ankle") + bone("right_hip", "right_ankle");
     return left.dot(right) < -0.85 && leg.norm() > 1.8 && std::abs(left.dot(leg.normalized())) < 0.3;
   };
-  for (std::size_t n = 1; n <= 8 && n + 2 < clip.frames() && at_rest(n - 1); ++n) {
+  // The rest pose itself, whatever it looks like.
+  const auto unturned = [&](std::size_t t) {
+    for (std::size_t k = 1; k < j; ++k)
+      if (geodesic_distance(clip.rotations[t * j + k], Quaternion::Identity()) > 1e-3) return false;
+    return j > 1;
+  };
+  for (std::size_t n = 1; n <= 8 && n + 2 < clip.frames(); ++n) {
+    const bool zero = unturned(n - 1);
+    if (!zero && !at_rest(n - 1)) break;
     const double jump = step(n - 1);
-    if (jump < 0.1) continue;
+    if (jump < (zero ? 0.03 : 0.1)) continue;
     std::vector<double> following;
     for (std::size_t t = n; t + 1 < clip.frames() && t < n + static_cast<std::size_t>(clip.frame_rate_hz); ++t) following.push_back(step(t));
     const auto middle = following.begin() + static_cast<std::ptrdiff_t>(following.size() / 2);

@@ -18,7 +18,9 @@ std::string text(UpAxis up);
 
 // What was found or forced. Leg length (hip to ankle over the bones of the rest pose) decides the unit: the candidate
 // that brings it nearest to 0.83 m, within a factor of 1.7 (decimetres, which few write, must do so by a factor of 1.15 better); files without legs go by the extent of the whole skeleton.
-// The rest pose and the mean of the first frames decide the axis: the head end of the spine is up.
+// The axis is the one along which the head lies above the feet, in the rest pose where that stands and over the motion; where the two
+// differ or neither tells (somebody lies, crawls, stands on the hands; a rig turned by its root alone) also the one along which the lowest
+// point stays where it is while the body travels, and is near 0.
 struct WorldFrame {
   Unit unit = Unit::metre;
   UpAxis up = UpAxis::z;
@@ -33,9 +35,9 @@ WorldFrame detect_world_frame(const Clip& raw, Unit unit, UpAxis up);
 void to_metres_z_up(Clip& clip, const WorldFrame& frame);
 
 // How many leading frames are a calibration pose rather than motion: cgspeed's CMU conversion adds a T-pose, here and there
-// followed by frames of zeros where the capture had not begun. All of them stand at rest (arms in one line, legs straight
-// and square to them, whatever the file's axes), and the jump into the take is over 0.1 rad a joint and eight times the
-// median step of the second that follows. At most 8.
+// followed by frames of zeros where the capture had not begun; other writers put the rest pose, whatever it is. All of them stand in a T-pose
+// (arms in one line, legs straight and square to them, whatever the file's axes) or turn no joint but the root, and the jump into the take is over 0.1 rad a
+// joint of the body (0.03 where no joint is turned) and eight times the median step of the second that follows. At most 8.
 std::size_t calibration_frames(const Clip& clip);
 
 // Refuses reflections: no rotation turns a left-handed capture into a right-handed one, and what calls itself left is then right.

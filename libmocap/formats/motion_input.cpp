@@ -27,17 +27,17 @@ constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
 
 bool is_hdf5(std::string_view head) { return head.starts_with(kHdf5); }
 bool is_zip(std::string_view head) { return head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06"); }
-bool is_bvh(std::string_view head) {
-  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
-  while (!head.empty() && (head[0] == ' ' || head[0] == '\t' || head[0] == '\r' || head[0] == '\n')) head.remove_prefix(1);
-  return head.starts_with("HIERARCHY");
-}
-
 std::string lower(std::string s) {
   for (char& c : s)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
   return s;
 }
+bool is_bvh(std::string_view head) {
+  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
+  while (!head.empty() && (head[0] == ' ' || head[0] == '\t' || head[0] == '\r' || head[0] == '\n')) head.remove_prefix(1);
+  return lower(std::string(head.substr(0, 9))) == "hierarchy";
+}
+
 bool ends_with(const std::string& s, std::string_view ending) {
   return s.size() > ending.size() && lower(s.substr(s.size() - ending.size())) == ending;
 }

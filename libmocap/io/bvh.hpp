@@ -56,9 +56,10 @@ struct BvhWriteOptions {
 std::string format_bvh(const Clip& clip, const BvhWriteOptions& options = {});
 
 // Frame rates are written with few digits: 0.008333 means 1/120 s, 0.0333667 means 1001/30000 s. Returns the whole rate
-// N, else N*1000/1001, whose frame time agrees with `frame_time_s` (finite, > 0) within the tolerance, otherwise
-// 1 / frame_time_s. parse_bvh widens the tolerance for frame times of four or five decimals to half a unit of the last
-// one: 0.0333 means 1/30 s.
+// that is exactly meant, else the nearest of the rates that cameras have, else the whole rate N, else N*1000/1001, whose frame time
+// agrees with `frame_time_s` (finite, > 0) within the tolerance (1e-6 s for the last two where it is over 1e-4), otherwise
+// 1 / frame_time_s. parse_bvh widens the tolerance for frame times of three to five decimals to half a unit of the last
+// one: 0.0333 and 0.033 mean 1/30 s, 0.0042 means 1/240 s.
 double snap_frame_rate(double frame_time_s, double tolerance_s = 1e-6);
 
 }  // namespace mocap::io

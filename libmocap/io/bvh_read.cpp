@@ -140,7 +140,7 @@ void MotionReader::head() {
   const auto decimals = point == std::string_view::npos || digits.find_first_of("eE") != std::string_view::npos
                             ? 0
                             : digits.size() - point - 1;
-  out_.clip.frame_rate_hz = snap_frame_rate(time_s, decimals == 4 ? 5e-5 : decimals == 5 ? 5e-6 : 1e-6);
+  out_.clip.frame_rate_hz = snap_frame_rate(time_s, decimals == 3 ? 5e-4 : decimals == 4 ? 5e-5 : decimals == 5 ? 5e-6 : 1e-6);
 }
 
 void MotionReader::make_room(std::size_t frames) {
@@ -270,6 +270,13 @@ void MotionReader::run() {
 
 double snap_frame_rate(double frame_time_s, double tolerance_s) {
   const double whole = std::round(1 / frame_time_s);
+  // 0.008 is 125 Hz; 0.0042 is nearer to 238 Hz than to the 240 that were meant.
+  if (whole >= 1 && std::abs(frame_time_s - 1 / whole) <= 1e-9) return whole;
+  double common = 0;
+  for (const double hz : {24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 72.0, 75.0, 90.0, 100.0, 120.0, 144.0, 150.0, 180.0, 200.0, 240.0, 250.0, 300.0, 360.0, 480.0, 500.0, 600.0, 1000.0})
+    if (const double off = std::abs(frame_time_s - 1 / hz); off <= tolerance_s && (common == 0 || off < std::abs(frame_time_s - 1 / common))) common = hz;
+  if (common > 0) return common;
+  if (tolerance_s > 1e-4) tolerance_s = 1e-6;  // three decimals would mean any rate
   if (whole >= 1 && std::abs(frame_time_s - 1 / whole) <= tolerance_s) return whole;
   const double ntsc = std::round(1.001 / frame_time_s);
   if (ntsc >= 1 && std::abs(frame_time_s - 1.001 / ntsc) <= tolerance_s) return ntsc * 1000 / 1001;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace mocap {
 namespace {
@@ -26,7 +28,7 @@ const std::map<std::string, std::string, std::less<>>& dictionary() {
       {"finger", "finger"}, {"fingers", "finger"}, {"thumb", "thumb"}, {"index", "index"}, {"middle", "middle"}, {"mid", "middle"}, {"ring", "ring"}, {"pinky", "pinky"},
       {"little", "pinky"}, {"palm", "palm"}, {"end", "end"},      {"nub", "end"},     {"tip", "end"},      {"site", "end"},    {"twist", "twist"},  {"roll", "twist"},
       {"joint", "joint"}, {"jnt", ""},        {"bone", ""},      {"bn", ""},         {"mocap", ""},       {"actor", ""},      {"skeleton", ""},   {"bip", ""},    {"def", ""},
-      {"bend", ""},       {"stretch", ""},
+      {"talus", "ankle"}, {"calcn", "heel"}, {"calcaneus", "heel"}, {"bend", ""},       {"stretch", ""},
       {"top", "top"},     {"in", "in"},       {"eye", "eye"},    {"jaw", "jaw"},     {"inhand", "finger"}};
   return words;
 }
@@ -62,8 +64,29 @@ std::vector<std::string> segment(const std::string& run) {
   return words;
 }
 
+// Japanese names, as MikuMikuDance has them, in the words of the dictionary; of two that begin alike the longer one first.
+constexpr std::pair<std::string_view, std::string_view> kJapanese[] = {
+    {"左", "left"},   {"右", "right"},   {"足首", "ankle"}, {"つま先", "toe"}, {"足", "leg"},      {"ひざ", "knee"},  {"膝", "knee"},      {"手首", "wrist"}, {"ひじ", "elbow"}, {"肘", "elbow"},  {"腕", "arm"},
+    {"捩", "twist"},  {"肩", "shoulder"}, {"首", "neck"},    {"頭", "head"},    {"上半身", "spine"}, {"下半身", "pelvis"}, {"親指", "thumb"}, {"人指", "index"}, {"中指", "middle"}, {"薬指", "ring"}, {"小指", "pinky"},
+    {"目", "eye"},    {"手", "hand"}};
+
+std::string in_english(std::string_view name) {
+  std::string out;
+  while (!name.empty()) {
+    const auto* word = std::find_if(std::begin(kJapanese), std::end(kJapanese), [&](const auto& w) { return name.starts_with(w.first); });
+    const std::size_t taken = word == std::end(kJapanese) ? 1 : word->first.size();
+    if (word == std::end(kJapanese)) out += name.front();
+    else out += ' ', out += word->second, out += ' ';
+    name.remove_prefix(taken);
+  }
+  return out;
+}
+
 // Runs of letters, divided at everything else and at changes of case: "LHipJoint" is L Hip Joint.
-std::vector<std::string> runs_of(std::string_view name) {
+std::vector<std::string> runs_of(std::string_view written) {
+  const bool ascii = std::all_of(written.begin(), written.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+  const std::string translated = ascii ? std::string() : in_english(written);
+  std::string_view name = ascii ? written : std::string_view(translated);
   if (const auto at = name.find_last_of(":|"); at != std::string_view::npos && at + 1 < name.size()) name = name.substr(at + 1);
   std::vector<std::string> runs;
   for (std::size_t i = 0; i < name.size(); ++i) {
@@ -120,6 +143,12 @@ std::vector<JointName> joint_names_of(const Skeleton& s) {
     for (auto& r : runs)
       if (!r.empty() && r.front() == prefix) r.erase(r.begin());
   }
+  // "left_upLeg_joint": a word behind that says no more than that it is one.
+  std::size_t behind = 0;
+  for (const auto& r : runs) behind += r.size() > 1 && r.back() == "joint";
+  if (runs.size() >= 3 && 10 * behind >= 8 * runs.size())
+    for (auto& r : runs)
+      if (r.size() > 1 && r.back() == "joint") r.pop_back();
   std::vector<JointName> out;
   for (std::size_t j = 0; j < runs.size(); ++j) out.push_back(from_runs(runs[j], s.joint_names[j]));
   return out;

@@ -11,10 +11,11 @@ namespace mocap {
 namespace {
 
 bool is_bandai_namco(const Skeleton& s) {
-  for (const char* name : {"joint_Root", "Hips", "UpperLeg_L", "LowerLeg_R", "UpperArm_L", "Hand_R", "Toes_L"})
+  for (const char* name : {"joint_Root", "Hips", "UpperLeg_L", "LowerLeg_L", "LowerLeg_R", "UpperArm_L", "LowerArm_L", "LowerArm_R", "Hand_R", "Toes_L"})
     if (s.find(name) < 0) return false;
-  // Another rig may bear the same names; the table is for the one whose bones lie along an axis.
-  return s.rest_offsets[static_cast<std::size_t>(s.find("LowerLeg_L"))].normalized().cwiseAbs().maxCoeff() > 0.999;
+  // Another rig may bear the same names; the table is for the one whose bones lie along X, the right side's backwards. Y up has become Z up.
+  const auto along = [&](const char* name) { return s.rest_offsets[static_cast<std::size_t>(s.find(name))].normalized().y(); };
+  return along("LowerLeg_L") > 0.999 && along("LowerLeg_R") < -0.999 && along("LowerArm_L") > 0.999 && along("LowerArm_R") < -0.999;
 }
 
 // Rotation whose columns are the images of the joint's local X and Y axes.
@@ -63,10 +64,18 @@ std::optional<RotationMatrix> standing_frame(const Skeleton& s, const JointMap& 
   Vector3 up = legs[0] + legs[1];
   if (up.norm() < 1e-9) return std::nullopt;
   up.normalize();
-  // Legs that stand nearly along an axis of the file stand along it: a figure is not tilted because its legs are spread.
+  const auto middle = [&](const std::string& part) -> std::optional<Vector3> {
+    const auto l = at(("left_" + part).c_str()), r = at(("right_" + part).c_str());
+    return l && r ? std::optional<Vector3>((*l + *r) / 2) : std::nullopt;
+  };
+  const auto hips = middle("hip"), chest = middle("shoulder");
+  const Vector3 trunk = hips && chest && (*chest - *hips).norm() > 1e-9 ? Vector3((*chest - *hips).normalized()) : up;
+  // Legs that stand nearly along an axis of the file stand along it: a figure is not tilted because its legs are spread. Where its
+  // trunk goes with them it is, beyond 8 degrees.
   int axis = 0;
   up.cwiseAbs().maxCoeff(&axis);
-  if (std::abs(up[axis]) > 0.94) up = std::copysign(1.0, up[axis]) * Vector3::Unit(axis);
+  const Vector3 along = std::copysign(1.0, up[axis]) * Vector3::Unit(axis);
+  if (up.dot(along) > (trunk.dot(up) > trunk.dot(along) ? 0.990 : 0.94)) up = along;
   Vector3 left = direction("right_hip", "left_hip") + direction("right_shoulder", "left_shoulder");
   left -= left.dot(up) * up;
   if (left.norm() < 0.5) return std::nullopt;
@@ -77,11 +86,7 @@ std::optional<RotationMatrix> standing_frame(const Skeleton& s, const JointMap& 
   // Neither does who sits: knees are straight, and the trunk is in line with them.
   for (const auto& [from, to] : {std::pair{"left_knee", "left_hip"}, {"right_knee", "right_hip"}, {"left_ankle", "left_knee"}, {"right_ankle", "right_knee"}})
     if (const Vector3 d = direction(from, to); d.norm() > 0 && d.dot(up) < 0.8) return std::nullopt;
-  const auto middle = [&](const std::string& part) -> std::optional<Vector3> {
-    const auto l = at(("left_" + part).c_str()), r = at(("right_" + part).c_str());
-    return l && r ? std::optional<Vector3>((*l + *r) / 2) : std::nullopt;
-  };
-  if (const auto hips = middle("hip"), chest = middle("shoulder"); hips && chest && (*chest - *hips).normalized().dot(up) < 0.8) return std::nullopt;
+  if (trunk.dot(up) < 0.8) return std::nullopt;
   RotationMatrix frame;
   frame << left.cross(up), left, up;
   return frame;
@@ -104,6 +109,13 @@ std::optional<std::vector<Quaternion>> t_pose_orientations(const Skeleton& s, co
   if (!frame) return std::nullopt;
   return std::vector<Quaternion>(n, to_quaternion(RotationMatrix(frame->transpose())));
 }
+
+std::optional<Vector3> rest_up(const Skeleton& s, const JointMap& map) {
+  const auto frame = standing_frame(s, map);
+  return frame ? std::optional<Vector3>(frame->col(2)) : std::nullopt;
+}
+
+bool foot_hangs(const Vector3& ankle_to_toe) { return ankle_to_toe.norm() > 1e-6 && -ankle_to_toe.normalized().z() > 0.906; }
 
 std::vector<Vector3> t_pose_positions(const Skeleton& s, const std::vector<Quaternion>& t_pose) {
   std::vector<Vector3> p(s.parents.size(), Vector3::Zero());
@@ -146,7 +158,8 @@ SoleHeights sole_heights(const Skeleton& s) {
       const auto k = static_cast<std::size_t>(e.parent);
       if (of_foot[k]) lowest = std::min(lowest, (p[k] + (*t_pose)[k] * e.offset).z());
     }
-    if (lowest < at(ankle) - 0.01) return {at(toe >= 0 ? toe : ankle) - lowest + kToeTipHeight, at(ankle) - lowest + kToeTipHeight};
+    const bool hangs = toe >= 0 && foot_hangs(p[static_cast<std::size_t>(toe)] - p[static_cast<std::size_t>(ankle)]);
+    if (!hangs && lowest < at(ankle) - 0.01) return {at(toe >= 0 ? toe : ankle) - lowest + kToeTipHeight, at(ankle) - lowest + kToeTipHeight};
   }
   const double length = leg_length(s, map);
   const double scale = length > 0 ? length / leg_length(*canonical_body(), map_to_canonical(*canonical_body())) : 1;

@@ -14,6 +14,13 @@ namespace mocap {
 // the motion has to tell (clip/pose_alignment.hpp). The skeleton must be in metres, Z up. [J]
 std::optional<std::vector<Quaternion>> t_pose_orientations(const Skeleton& skeleton, const JointMap& map);
 
+// Which way is up in a rest pose that stands, in the skeleton's own axes and any unit; nullopt where it does not stand.
+std::optional<Vector3> rest_up(const Skeleton& skeleton, const JointMap& map);
+
+// Whether ankle to toe base in T-pose, canonical frame, falls so steeply (over 65 degrees) that the foot cannot stand flat: some rigs rest with
+// every bone of the leg in one line.
+bool foot_hangs(const Vector3& ankle_to_toe);
+
 // Positions of all joints in that T-pose, root at the origin. [J]
 std::vector<Vector3> t_pose_positions(const Skeleton& skeleton, const std::vector<Quaternion>& t_pose);
 
@@ -22,7 +29,7 @@ double leg_length(const Skeleton& skeleton, const JointMap& map);
 
 // Height of toe base and ankle above the sole with a flat foot, metres: the lowest point of foot, toes and their end sites in
 // T-pose is a toe tip kToeTipHeight above the sole. On the canonical body kFootSoleHeight and kAnkleSoleHeight. A rig without a
-// T-pose, or without anything below the ankle, gets the canonical heights scaled by its legs.
+// T-pose, without anything below the ankle or with hanging toes, gets the canonical heights scaled by its legs.
 inline constexpr double kToeTipHeight = 0.010;
 struct SoleHeights {
   double toe, ankle;  // where there is no toe joint: toe == ankle

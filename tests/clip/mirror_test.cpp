@@ -105,9 +105,10 @@ TEST(Mirror, OfARigWithTurnedFrames) {
     clip.rotations.push_back(Quaternion::Identity());
     for (const Quaternion& q : walk.frame(t)) clip.rotations.push_back(q);
   }
-  // The table needs the names and shanks along an axis; then frames are turned by it.
+  // The table needs the names, and shanks and forearms along that rig's X, the right ones backwards; then frames are turned by it.
   Skeleton probe = *s;
-  probe.rest_offsets[static_cast<std::size_t>(probe.find("LowerLeg_L"))] = Vector3(0.4, 0, 0);
+  for (const char* bone : {"LowerLeg_", "LowerArm_"})
+    for (const char* side : {"L", "R"}) probe.rest_offsets[static_cast<std::size_t>(probe.find(std::string(bone) + side))] = Vector3(0, *side == 'L' ? 0.4 : -0.4, 0);
   const auto turn = t_pose_orientations(probe, map_to_canonical(probe));
   ASSERT_TRUE(turn);
   EXPECT_GT(geodesic_distance(turn->at(17), turn->at(2)), 1);

@@ -199,6 +199,66 @@ TEST(WorldFrame, CalibrationFramesAreFound) {
   EXPECT_EQ(calibration_frames(clip), 0u);
 }
 
+TEST(WorldFrame, ARestPoseInFrontIsNoMotionWhateverItLooksLike) {
+  // Arms hang at rest; nearly nothing turns but the legs, and many fingers never do.
+  auto s = std::make_shared<Skeleton>(*canonical_body());
+  for (const char* side : {"left", "right"})
+    for (const char* joint : {"_elbow", "_wrist"}) {
+      auto& v = s->rest_offsets[static_cast<std::size_t>(s->find(std::string(side) + joint))];
+      v = Vector3(0, 0, -v.norm());
+    }
+  for (int k = 0; k < 40; ++k) {
+    s->joint_names.push_back("left_finger" + std::to_string(k));
+    s->parents.push_back(s->find("left_wrist"));
+    s->rest_offsets.emplace_back(0, 0.05, 0);
+  }
+  const std::size_t n = s->parents.size();
+  Clip clip;
+  clip.skeleton = s;
+  for (std::size_t t = 0; t < 40; ++t) {
+    for (std::size_t j = 0; j < n; ++j) clip.rotations.push_back(Quaternion::Identity());
+    clip.root_position.emplace_back(0, 0, 0.9);
+    if (t == 0) continue;
+    for (const char* joint : {"left_hip", "right_knee", "spine1", "left_shoulder"})
+      clip.rotations[t * n + static_cast<std::size_t>(s->find(joint))] = exp_map(Vector3(0, 0.5 + 0.01 * static_cast<double>(t), 0));
+  }
+  EXPECT_EQ(calibration_frames(clip), 1u);
+  // Motion that grows out of the rest pose is motion.
+  for (std::size_t t = 1; t < 40; ++t)
+    for (const char* joint : {"left_hip", "right_knee", "spine1", "left_shoulder"})
+      clip.rotations[t * n + static_cast<std::size_t>(s->find(joint))] = exp_map(Vector3(0, 0.02 * static_cast<double>(t), 0));
+  EXPECT_EQ(calibration_frames(clip), 0u);
+}
+
+TEST(WorldFrame, WhoLiesCrawlsOrStandsOnTheHandsKeepsTheAxis) {
+  for (const bool y_up : {false, true}) {
+    const Vector3 left = y_up ? Vector3::UnitX() : Vector3::UnitY(), ahead = y_up ? Vector3::UnitZ() : Vector3::UnitX(), up = y_up ? Vector3::UnitY() : Vector3::UnitZ();
+    // The head along Y where Z is up and the other way about: nothing but rest pose and floor tells.
+    const Quaternion aside = y_up ? Quaternion::Identity() : Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, up));
+    const auto found = [&](const Quaternion& turn, double height, double step) {
+      Clip clip = standing(1, y_up, 40);
+      for (std::size_t t = 0; t < 40; ++t) {
+        clip.rotations[t * 22] = aside * turn;
+        clip.root_position[t] = height * up + (aside * ahead) * (5 + step * static_cast<double>(t));
+      }
+      return detect_world_frame(clip, Unit::automatic, UpAxis::automatic).up;
+    };
+    const UpAxis truth = y_up ? UpAxis::y : UpAxis::z;
+    EXPECT_EQ(found(Quaternion::Identity(), 0.9, 0.01), truth);
+    EXPECT_EQ(found(Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, left)), 0.12, 0), truth) << "prone";
+    EXPECT_EQ(found(Quaternion(Eigen::AngleAxisd(-std::numbers::pi / 2, left)), 0.12, 0), truth) << "supine";
+    EXPECT_EQ(found(Quaternion(Eigen::AngleAxisd(1.4, left)), 0.5, 0.05), truth) << "crawling";
+    EXPECT_EQ(found(Quaternion(Eigen::AngleAxisd(std::numbers::pi, left)), 1.2, 0), truth) << "on the hands";
+  }
+  // A rig that rests along Y and is turned upright by its root: what it does says more than how it rests.
+  Clip clip = standing(1, true, 40);
+  for (std::size_t t = 0; t < 40; ++t) {
+    clip.rotations[t * 22] = Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
+    clip.root_position[t] = Vector3(2, -4 - 0.05 * static_cast<double>(t), 0.9);
+  }
+  EXPECT_EQ(detect_world_frame(clip, Unit::automatic, UpAxis::automatic).up, UpAxis::z);
+}
+
 TEST(Ground, FloorIsFoundDespiteJumps) {
   Clip clip = standing(1, false, 60);
   for (std::size_t t = 0; t < 60; ++t) {
@@ -212,6 +272,22 @@ TEST(Ground, FloorIsFoundDespiteJumps) {
   EXPECT_EQ(contacts[30][0], 0);
   EXPECT_EQ(contacts[30][1], 0);
   EXPECT_EQ(contacts[50][1], 1);
+}
+
+TEST(Ground, WhoStandsOnTheHandsIsAboveTheFloor) {
+  Clip clip;
+  clip.skeleton = canonical_body();
+  clip.frame_rate_hz = 30;
+  for (std::size_t t = 0; t < 60; ++t) {
+    for (int j = 0; j < 22; ++j) clip.rotations.push_back(j == 0 ? exp_map(Vector3(0, std::numbers::pi, 0)) : Quaternion::Identity());
+    clip.root_position.emplace_back(0, 0, 3);
+  }
+  set_on_ground(clip);
+  Pose pose;
+  world_pose(clip, 0, pose);
+  double low = 1e9;
+  for (const auto& p : pose.positions) low = std::min(low, p.z());
+  EXPECT_NEAR(low, 0.05, 1e-6);
 }
 
 TEST(Ground, HysteresisAndShortRuns) {

@@ -54,6 +54,14 @@ class MotionInputTest : public testing::Test {
   std::string folder_, asf_, amc_;
 };
 
+TEST_F(MotionInputTest, KeywordsInLowerCaseAreBvh) {
+  std::string text = read_file(std::string(TEST_DATA) + "/bvh/plain.bvh");
+  text.replace(text.find("HIERARCHY"), 9, "hierarchy");
+  put("lower.bvh", text);
+  EXPECT_TRUE(probe_motion(folder_ + "/lower.bvh").motion);
+  EXPECT_EQ(open("lower.bvh")->format(), "bvh");
+}
+
 TEST_F(MotionInputTest, TheAsfOfTheSameNameThenOfItsBeginningThenTheOnlyOne) {
   put("07_05.amc", amc_);
   put("other.asf", asf_);

@@ -325,7 +325,16 @@ TEST(BvhRead, SnapsFrameRates) {
   EXPECT_EQ(rate_of("0.0333"), 30);
   EXPECT_EQ(rate_of("0.03333"), 30);
   EXPECT_EQ(rate_of(".0083"), 120);
-  EXPECT_EQ(rate_of("0.033"), 1 / 0.033);
+  EXPECT_EQ(rate_of("0.033"), 30);
+  EXPECT_EQ(rate_of("0.017"), 60);
+  EXPECT_EQ(rate_of("0.042"), 24);
+  EXPECT_EQ(rate_of("0.008"), 125);
+  EXPECT_EQ(rate_of("0.009"), 1 / 0.009);
+  EXPECT_EQ(rate_of("0.0042"), 240);
+  EXPECT_EQ(rate_of("0.0056"), 180);
+  EXPECT_EQ(rate_of("0.0069"), 144);
+  EXPECT_EQ(rate_of("0.0334"), 30000.0 / 1001);
+  EXPECT_EQ(rate_of("0.00420168"), 238);
   EXPECT_EQ(rate_of("0.0333000"), 1 / 0.0333);
   EXPECT_EQ(rate_of("3.33333333e-2"), 30);
 }

@@ -88,6 +88,17 @@ TEST(JointNames, OnePartInManySpellings) {
       {"Chest_M", Side::none, {"chest"}},
       {"neck.x", Side::none, {"neck"}},
       {"scene|rig:Neck1", Side::none, {"neck"}},
+      {"talus_l", Side::left, {"ankle"}},
+      // Japanese
+      {"左足", Side::left, {"leg"}},
+      {"右ひざ", Side::right, {"knee"}},
+      {"左足首", Side::left, {"ankle"}},
+      {"右つま先", Side::right, {"toe"}},
+      {"左手首", Side::left, {"wrist"}},
+      {"右腕捩", Side::right, {"arm", "twist"}},
+      {"首", Side::none, {"neck"}},
+      {"上半身2", Side::none, {"spine"}},
+      {"下半身", Side::none, {"pelvis"}},
       {"", Side::none, {}},
       {"12", Side::none, {}},
       {":", Side::none, {}},
@@ -122,6 +133,14 @@ TEST(JointNames, AWordThatEveryJointHasInFrontSaysNothing) {
   EXPECT_EQ(words_of("ValveBiped.Bip01_Pelvis(ValveBiped.Bip01_%_Calf)", "ValveBiped.Bip01_R_Calf"), Named(Side::right, {"calf"}));
   // What most joints of an arm begin with is its side.
   EXPECT_EQ(words_of("LeftArm(LeftForeArm(LeftHand(LeftHandThumb1,LeftHandIndex1)))", "LeftForeArm"), Named(Side::left, {"arm", "low"}));
+}
+
+TEST(JointNames, JointBehindEveryNameSaysNothing) {
+  const Skeleton s = test::rig("hips_joint(left_upLeg_joint(left_leg_joint(left_foot_joint)))");
+  EXPECT_EQ(joint_names_of(s)[1].words, (Words{"leg", "up"}));
+  // Behind some it does: CMU's hub of the hip is not the hip.
+  const Skeleton cmu = test::rig("Hips(LHipJoint(LeftUpLeg(LeftLeg(LeftFoot))))");
+  EXPECT_EQ(joint_names_of(cmu)[1].words, (Words{"hip", "joint"}));
 }
 
 }  // namespace

@@ -71,6 +71,39 @@ TEST(RestPose, ArmsOutOrDownAndLegsSpread) {
     for (const double legs : {-0.1, 0.0, 0.15, 0.3}) expect_upright(posed(arms_down(arms, legs), yaw_rotation(1.1)), "arms " + std::to_string(arms) + ", legs " + std::to_string(legs));
 }
 
+TEST(RestPose, LyingAskewStandsAlongItsOwnLegsAndTrunk) {
+  const double half = std::numbers::pi / 2;
+  for (const double yaw : {0.1, 0.2, 0.34, 0.7}) {
+    const Skeleton s = posed(kStraight, yaw_rotation(yaw) * Quaternion(Eigen::AngleAxisd(half, Vector3::UnitY())));
+    const auto up = rest_up(s, map_to_canonical(s));
+    ASSERT_TRUE(up);
+    const Vector3 along(std::cos(yaw), std::sin(yaw), 0);
+    EXPECT_LT(std::acos(std::min(1.0, up->dot(along))), yaw < 0.14 ? 0.14 : 0.03) << yaw;
+  }
+}
+
+TEST(RestPose, ToesThatHang) {
+  EXPECT_TRUE(foot_hangs(Vector3(0, 0, -0.1)));
+  EXPECT_TRUE(foot_hangs(Vector3(0.03, 0.01, -0.1)));
+  EXPECT_FALSE(foot_hangs(Vector3(0.1, 0, -0.1)));
+  EXPECT_FALSE(foot_hangs(Vector3::Zero()));
+  const auto hanging = posed([](const std::string& name) { return name.ends_with("_ankle") ? exp_map(Vector3(0, 1.25, 0)) : Quaternion::Identity(); });
+  const SoleHeights sole = sole_heights(hanging);
+  EXPECT_NEAR(sole.ankle, kAnkleSoleHeight, 1e-9);
+}
+
+TEST(RestPose, TheTableIsForBandaiNamcosBonesNotForItsNames) {
+  Skeleton s = *canonical_body();
+  const std::pair<const char*, const char*> names[] = {{"pelvis", "Hips"}, {"left_hip", "UpperLeg_L"}, {"left_knee", "LowerLeg_L"}, {"left_ankle", "Foot_L"}, {"left_foot", "Toes_L"}, {"right_hip", "UpperLeg_R"},
+                                                       {"right_knee", "LowerLeg_R"}, {"right_ankle", "Foot_R"}, {"right_foot", "Toes_R"}, {"spine1", "Spine"}, {"neck", "Neck"}, {"head", "Head"}, {"spine3", "joint_Root"},
+                                                       {"left_shoulder", "UpperArm_L"}, {"left_elbow", "LowerArm_L"}, {"left_wrist", "Hand_L"}, {"right_shoulder", "UpperArm_R"}, {"right_elbow", "LowerArm_R"}, {"right_wrist", "Hand_R"}};
+  s.roles.clear();
+  for (const auto& [from, to] : names) s.joint_names[static_cast<std::size_t>(s.find(from))] = to;
+  const auto stands = t_pose_orientations(s, map_to_canonical(s));
+  ASSERT_TRUE(stands);
+  for (const auto& q : *stands) EXPECT_LT(geodesic_distance(q, Quaternion::Identity()), 1e-9);
+}
+
 TEST(RestPose, WhatDoesNotStandHasNone) {
   const auto none = [](const Skeleton& s) { return !t_pose_orientations(s, map_to_canonical(s)).has_value(); };
   const auto bent = [](const std::vector<std::string>& parts, const Vector3& turn) {
