@@ -935,10 +935,10 @@ def mutilate(folder, out, count):
     for k in range(count):
         name = files[int(rng.integers(len(files)))]
         data = bytearray(open(os.path.join(folder, name), "rb").read())
-        for _ in range(int(rng.integers(1, 4))):
+        for _ in range(1 if rng.random() < 0.7 else 3):
             head = max(1, data.find(b"MOTION") + 60) if rng.random() < 0.6 else len(data)  # the hierarchy has most to break
             a, b = sorted(int(x) for x in rng.integers(0, max(2, min(head, len(data))), 2))
-            kind = int(rng.integers(7))
+            kind = int(rng.integers(14))
             if kind == 0:
                 del data[int(rng.integers(0, max(1, len(data)))):]
             elif kind == 1:
@@ -954,6 +954,10 @@ def mutilate(folder, out, count):
                 i, j = (int(x) for x in rng.integers(0, min(len(lines), 200), 2))
                 lines[i], lines[j] = lines[j], lines[i]
                 data = bytearray(b"\n".join(lines))
+            elif kind > 6:  # digits for digits: still a number, and another motion
+                for i in rng.integers(0, len(data), 200) if len(data) else ():
+                    if 48 <= data[int(i)] < 58:
+                        data[int(i)] = int(rng.integers(48, 58))
             else:
                 end = next((i for i in range(a, min(a + 50, len(data))) if data[i] in b" \n"), a)
                 data[a:end] = words[int(rng.integers(len(words)))]
