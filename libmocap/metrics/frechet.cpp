@@ -73,6 +73,17 @@ Gaussian gaussian(const Eigen::MatrixXd& features, const std::string& what) {
   return g;
 }
 
+Gaussian gaussian(const Eigen::MatrixXd& features, const std::vector<int>& counts) {
+  if (counts.size() != static_cast<std::size_t>(features.rows())) refuse({}, fmt::format("{} counts for {} clips, expected as many", counts.size(), features.rows()));
+  const Eigen::VectorXd weight = Eigen::Map<const Eigen::VectorXi>(counts.data(), features.rows()).cast<double>();
+  Gaussian g;
+  g.n = static_cast<long>(weight.sum());
+  if (g.n < 2) refuse({}, fmt::format("{} clips, expected at least two", g.n));
+  g.mean = features.transpose() * weight / weight.sum();
+  g.covariance = gram(weight.cwiseSqrt().asDiagonal() * (features.rowwise() - g.mean.transpose())) / static_cast<double>(g.n - 1);
+  return g;
+}
+
 double frechet_distance(const Gaussian& a, const Gaussian& b) {
   check_pair(a, b);
   const SymmetricEigen e = symmetric_eigen(a.covariance, true);

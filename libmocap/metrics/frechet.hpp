@@ -8,6 +8,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 namespace mocap::metrics {
 
@@ -20,6 +21,8 @@ struct Gaussian {
 // Error(data) for fewer than 2 rows, and for a value that is not finite, naming its row and column. `what` is what errors
 // call the set. Cost N d^2.
 Gaussian gaussian(const Eigen::MatrixXd& features, const std::string& what = "features");
+// Row i counted counts[i] times (a resample of the bootstrap); n is the sum. Error(data) where that is below 2.
+Gaussian gaussian(const Eigen::MatrixXd& features, const std::vector<int>& counts);
 
 // Error(data) unless n > d for each set whose n is known: below that a covariance is singular and the distance an artefact of
 // n. Error(data) where dimensions differ or values are not finite. Within 1e-9 (relative to the traces) of SciPy's for

@@ -102,4 +102,11 @@ Interval bootstrap_mean(const std::vector<double>& values, int resamples, double
       resamples, level, seed);
 }
 
+Interval share_interval(double share, long n) {
+  if (n < 1) refuse({}, "a share of 0 clips, expected at least one");
+  const double z = 1.959963984540054, count = static_cast<double>(n), spread = z * z / count;
+  const double centre = (share + spread / 2) / (1 + spread), half = std::sqrt(spread * (share * (1 - share) + spread / 4)) / (1 + spread);
+  return {share, std::clamp(centre - half, 0.0, share), std::clamp(centre + half, share, 1.0), n};
+}
+
 }  // namespace mocap::metrics

@@ -27,4 +27,7 @@ Interval bootstrap_interval(std::size_t n, double value, const std::function<dou
 // Of the mean of values.
 Interval bootstrap_mean(const std::vector<double>& values, int resamples = 1000, double level = 0.95, std::uint64_t seed = 1);
 
+// Of a share of n clips: Wilson's 95 % score interval, which stays within 0 and 1. Error(data) for n < 1.
+Interval share_interval(double share, long n);
+
 }  // namespace mocap::metrics

@@ -77,6 +77,21 @@ TEST(FrechetDistance, AgreesWithSciPy) {
   EXPECT_EQ(frechet_distance_compat(fixture("a"), fixture("b"), parse_compat("none")), frechet_distance(fixture("a"), fixture("b")));
 }
 
+TEST(Gaussians, CountsAreRepeatedRows) {
+  const auto& b = fixture("b");
+  std::vector<int> counts(static_cast<std::size_t>(b.rows()), 1);
+  counts[0] = 3;
+  counts[7] = 0;
+  Eigen::MatrixXd repeated(b.rows() + 1, b.cols());
+  repeated << b, b.row(0);
+  repeated.row(7) = b.row(0);
+  const Gaussian a = gaussian(b, counts), c = gaussian(repeated);
+  EXPECT_EQ(a.n, c.n);
+  EXPECT_LT((a.mean - c.mean).norm() + (a.covariance - c.covariance).norm(), 1e-12);
+  EXPECT_NE(message_of([&] { gaussian(b, std::vector<int>{1, 2}); }).find("2 counts for 150 clips"), std::string::npos);
+  EXPECT_NE(message_of([&] { gaussian(b, std::vector<int>(150, 0)); }).find("0 clips"), std::string::npos);
+}
+
 TEST(FrechetDistance, Refuses) {
   EXPECT_NE(message_of([] { frechet_distance(fixture("few_a"), fixture("few_b")); }).find("12 clips with 16 features, expected more clips than features | a covariance"), std::string::npos);
   EXPECT_NE(message_of([] { frechet_distance(fixture("a"), fixture("few_b")); }).find("features of 8 and of 16"), std::string::npos);

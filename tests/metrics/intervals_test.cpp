@@ -54,5 +54,13 @@ TEST(Intervals, TheBootstrapOfAMeanIsItsStandardError) {
   EXPECT_THROW(bootstrap_mean({}), Error);
 }
 
+TEST(Intervals, SharesStayWithinZeroAndOne) {
+  EXPECT_EQ(share_interval(0, 10).low, 0);
+  EXPECT_NEAR(share_interval(0, 10).high, 0.2775, 1e-4);  // Wilson 1927
+  EXPECT_EQ(share_interval(1, 10).high, 1);
+  EXPECT_NEAR(share_interval(0.5, 100).low, 0.4038, 1e-4);
+  EXPECT_THROW(share_interval(0.5, 0), Error);
+}
+
 }  // namespace
 }  // namespace mocap::metrics
