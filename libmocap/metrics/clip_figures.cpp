@@ -18,6 +18,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGmdHeight = 0.05, kGmdSpeed = 0.5;
 constexpr std::size_t kGmdWindow = 5;
+constexpr std::size_t kMostWindows = 300000;  // of training clips searched, so that thousands of clips take seconds
 
 double mean_of(const std::vector<double>& v, std::size_t first, std::size_t count) {
   if (count == 0) return kNaN;
@@ -142,7 +143,8 @@ std::pair<std::vector<std::size_t>, std::vector<std::size_t>> common_lengths(con
   return {cut_to(a, b), cut_to(b, a)};
 }
 
-std::vector<Neighbour> nearest_training_clips(const std::vector<Clip>& clips, const std::vector<Clip>& training, const NeighbourOptions& o) {
+std::vector<Neighbour> nearest_training_clips(const std::vector<Clip>& clips, const std::vector<Clip>& training, const NeighbourOptions& options) {
+  NeighbourOptions o = options;
   const auto window = static_cast<std::size_t>(o.window);
   std::vector<std::size_t> asked;
   for (std::size_t i = 0; i < clips.size(); ++i)
@@ -153,6 +155,11 @@ std::vector<Neighbour> nearest_training_clips(const std::vector<Clip>& clips, co
   }
   if (asked.empty() || training.empty()) return {};
   use_one_blas_thread();
+  if (o.stride == 0) {
+    std::size_t windows = 0;
+    for (const Clip& c : training) windows += c.frames() >= window ? c.frames() - window + 1 : 0;
+    o.stride = static_cast<int>(std::max<std::size_t>(1, (windows + kMostWindows - 1) / kMostWindows));
+  }
   const Encoder encode(training);
   const Eigen::Index width = (o.window + o.step - 1) / o.step * encode.columns(), count = static_cast<Eigen::Index>(asked.size());
   const auto middle = [&](std::size_t i) { return static_cast<Eigen::Index>((clips[asked[i]].frames() - window) / 2); };
@@ -191,8 +198,17 @@ std::vector<Neighbour> nearest_training_clips(const std::vector<Clip>& clips, co
     out[i] = {asked[i], least.clip, least.frame, kNaN};
     if (!std::isfinite(least.distance)) return;
     const Features a = encode(clips[asked[i]]), b = encode(training[least.clip]);
-    const Features difference = a.middleRows(middle(i), o.window) - b.middleRows(static_cast<Eigen::Index>(least.frame), o.window);
-    out[i].distance = std::sqrt(static_cast<double>(difference.squaredNorm()) / static_cast<double>(difference.size()));
+    // Between the offsets searched may lie a better one: a copy's is found exactly.
+    const auto last = static_cast<std::size_t>(b.rows() - o.window), stride = static_cast<std::size_t>(o.stride);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t f = least.frame < stride ? 0 : least.frame - stride + 1; f <= std::min(last, least.frame + stride - 1); ++f) {
+      const Features difference = a.middleRows(middle(i), o.window) - b.middleRows(static_cast<Eigen::Index>(f), o.window);
+      if (const double square = static_cast<double>(difference.squaredNorm()); square < nearest) {
+        nearest = square;
+        out[i].frame = f;
+      }
+    }
+    out[i].distance = std::sqrt(nearest / (o.window * static_cast<double>(a.cols())));
   });
   std::erase_if(out, [](const Neighbour& n) { return std::isnan(n.distance); });
   return out;

@@ -37,14 +37,14 @@ Liveliness liveliness(const ClipFigures& clip, double real_energy);
 std::pair<std::vector<std::size_t>, std::vector<std::size_t>> common_lengths(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b, std::size_t longest = 0);
 
 // The middle window of each clip against every window of `training` at offsets of `stride` frames: the nearest by features every `step`
-// frames, then its root-mean-square distance per column over all frames, in deviations of the training columns
-// (features/motion_cell.hpp). Samples that copy their training data lie nearer to it than unseen real clips do.
+// frames, then, of it and those less than a stride from it, the smallest root-mean-square distance per column over all frames, in
+// deviations of the training columns (features/motion_cell.hpp). Samples that copy their training data lie nearer to it than unseen real clips do.
 struct Neighbour {
   std::size_t clip = 0, training_clip = 0, frame = 0;  // `frame`: where the window begins in the training clip
   double distance = 0;
 };
 struct NeighbourOptions {
-  int window = 60, step = 6, stride = 3;
+  int window = 60, step = 6, stride = 0;  // stride 0: as small as keeps the windows of all training clips under 300,000
   std::size_t most = 500;  // clips looked at, evenly chosen
   int threads = 1;
 };

@@ -30,7 +30,7 @@ void check_posteriors(const Eigen::MatrixXd& p) {
   if (p.rows() < 1) refuse({}, "0 clips, expected at least one");
   for (Eigen::Index i = 0; i < p.rows(); ++i) {
     const double sum = p.row(i).sum();
-    if (!(std::abs(sum - 1) <= 1e-6) || p.row(i).minCoeff() < 0) refuse({}, fmt::format("posteriors: row {} sums to {}, expected a distribution", i + 1, sum));
+    if (!(std::abs(sum - 1) <= 1e-6) || p.row(i).minCoeff() < 0) refuse({}, fmt::format("posteriors: row {} sums to {:.6g}, expected a distribution", i + 1, sum));
   }
 }
 
@@ -159,6 +159,7 @@ MeanDeviation inception_score_torch_fidelity(const Eigen::MatrixXd& posteriors, 
 }
 
 double inception_bound(long classes, long n) {
+  if (n % classes == 0) return static_cast<double>(classes);
   const long each = n / classes, more = n % classes;  // `more` classes have one row more
   double entropy = 0;
   for (const auto& [count, how_many] : {std::pair{each, classes - more}, std::pair{each + 1, more}})

@@ -109,6 +109,9 @@ TEST(NearestTrainingClips, FindsTheCopy) {
   EXPECT_NEAR(found[0].distance, 0, 1e-5);
   EXPECT_EQ(found[1].clip, 2u);
   EXPECT_GT(found[1].distance, 0.05);
+  o.stride = 5;  // 22 lies between 20 and 25
+  EXPECT_EQ(nearest_training_clips(samples, training, o)[0].frame, 22u);
+  o.stride = 1;
   o.threads = 2;
   EXPECT_EQ(nearest_training_clips(samples, training, o)[1].distance, found[1].distance);
   o.most = 1;
