@@ -52,6 +52,7 @@ struct Clip {
   ClipSource source;
   std::vector<Segment> segments;
   std::vector<Vector2> path;  // ground curve the clip was asked to follow, or empty
+  std::map<std::string, std::map<std::string, float>> attribute_probability;  // attribute -> class -> what a classifier found; mostly empty
 
   std::size_t frames() const { return root_position.size(); }
   int joints() const { return skeleton ? skeleton->joint_count() : 0; }

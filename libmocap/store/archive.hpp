@@ -28,12 +28,15 @@ struct ArchiveHeader {
   // Columns of /clips/attributes and /segments/attributes that are there whether or not a clip or segment is labelled. A
   // reader fills them, so that a copy has the columns of its original.
   std::set<std::string> attributes = {}, segment_attributes = {};
+  // /clips/attribute_classes: attribute -> classes, the columns of /clips/attribute_probability. Clips that no classifier saw have zeros there.
+  std::map<std::string, std::vector<std::string>> attribute_classes = {};
 };
 
 // Writes clips one after the other; memory holds only the index. The file appears at `path` (or on standard output for
 // "-") when finish() returns, not before (OutputFile). Equal clips and header give equal bytes.
 // Throws Error(data) where a clip has another skeleton (1e-6 m) or rate, breaks an invariant, has a name that occurred
-// before, has contacts where the header names no rule for them or the reverse, or a source whose scale is not above 0 or whose times,
+// before, has contacts where the header names no rule for them or the reverse, probabilities outside [0, 1] (of attributes and classes that
+// the header does not name they are left out), or a source whose scale is not above 0 or whose times,
 // rate, yaw or origin are not finite; Error(io) where the file cannot be
 // created or published. A failed write in between ends the process with status 4 (message, unfinished outputs unlinked):
 // HDF5 cannot be left any other way then.

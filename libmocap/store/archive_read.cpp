@@ -40,6 +40,7 @@ ArchiveReader::State::State(const std::string& path, Caching caching) : in(path,
   header.skeleton = read_skeleton(in);
   header.history = read_history(in);
   read_index(complete);
+  read_probabilities();
   open_frames();
   read_segments();
   read_path_sizes();
@@ -109,6 +110,21 @@ void ArchiveReader::State::read_source_frames() {
     c.source.origin = Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
     if (!c.source.origin.allFinite()) in.refuse(clip_object(c), "a source origin that is not finite");
   });
+}
+
+void ArchiveReader::State::read_probabilities() {
+  for (const auto& link : in.list("/clips/attribute_classes")) {
+    const std::string name = h5::unescape_link(link), object = "clips/attribute_probability/" + link;
+    auto classes = in.strings("/clips/attribute_classes/" + link, {h5::kAny});
+    if (classes.empty() || std::set<std::string>(classes.begin(), classes.end()).size() != classes.size() || std::find(classes.begin(), classes.end(), "") != classes.end())
+      in.refuse("clips/attribute_classes/" + link, "no class, an empty one or one that occurs twice, expected the columns of " + object);
+    if (!in.has("/" + object)) in.refuse(object, "missing, expected the probabilities of the classes in clips/attribute_classes/" + link);
+    auto values = in.values<float>("/" + object, {clips.size(), classes.size()});
+    for (std::size_t k = 0; k < values.size(); ++k)
+      if (!(values[k] >= 0 && values[k] <= 1)) in.refuse(object, "row " + std::to_string(k / classes.size()) + ": " + std::to_string(values[k]) + ", expected a number in 0..1");
+    probability[name] = std::move(values);
+    header.attribute_classes[name] = std::move(classes);
+  }
 }
 
 void ArchiveReader::State::open_frames() {
@@ -184,6 +200,11 @@ Clip ArchiveReader::State::assemble(std::size_t i, RawClip&& raw) const {
   clip.attributes = info.attributes;
   clip.source = info.source;
   clip.segments = info.segments;
+  for (const auto& [name, classes] : header.attribute_classes) {
+    const float* row = probability.at(name).data() + i * classes.size();
+    if (std::all_of(row, row + classes.size(), [](float p) { return p == 0; })) continue;
+    for (std::size_t c = 0; c < classes.size(); ++c) clip.attribute_probability[name][classes[c]] = row[c];
+  }
   clip.rotations.resize(raw.rotations.size() / 4);
   for (std::size_t k = 0; k < clip.rotations.size(); ++k) {
     const float* q = raw.rotations.data() + 4 * k;

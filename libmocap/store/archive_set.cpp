@@ -77,6 +77,11 @@ ArchiveSet::ArchiveSet(const std::vector<std::string>& paths) {
              "canonicalize --contacts labels archives by one rule");
     header_.attributes.insert(h.attributes.begin(), h.attributes.end());
     header_.segment_attributes.insert(h.segment_attributes.begin(), h.segment_attributes.end());
+    for (const auto& [name, classes] : h.attribute_classes) {
+      auto& known = header_.attribute_classes[name];
+      for (const auto& value : classes)
+        if (std::find(known.begin(), known.end(), value) == known.end()) known.push_back(value);
+    }
     auto skeleton = std::make_shared<Skeleton>(*header_.skeleton);
     skeleton->roles.insert(h.skeleton->roles.begin(), h.skeleton->roles.end());
     header_.skeleton = std::move(skeleton);

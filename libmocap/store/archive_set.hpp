@@ -23,7 +23,7 @@ class ArchiveSet {
 
   std::size_t size() const { return archives_.size(); }
   const ArchiveReader& archive(std::size_t a) const { return *archives_.at(a); }
-  // Of a file that holds the clips of all: the roles and attribute columns of all, no history.
+  // Of a file that holds the clips of all: the roles, attribute columns and judged classes of all, no history.
   const ArchiveHeader& header() const { return header_; }
 
   // All clips, archive after archive, under their names; a name that another clip had before becomes "NAME#2", "#3", ... Error(data) where that clip

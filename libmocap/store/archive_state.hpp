@@ -29,10 +29,12 @@ struct ArchiveReader::State {
   std::unordered_map<std::string, std::size_t> by_name;
   std::string digest;
   std::optional<h5::Dataset> rotations, root_position, contacts;
+  std::map<std::string, std::vector<float>> probability;  // attribute -> [N,C]
 
  private:
   void read_index(const Complete& complete);
   void read_source_frames();
+  void read_probabilities();
   void open_frames();
   void read_segments();
   void read_path_sizes();

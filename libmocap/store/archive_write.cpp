@@ -84,6 +84,7 @@ struct ArchiveWriter::State {
   std::vector<std::uint8_t> mirrored;
   std::vector<Digest> digests;
   AttributeTable attributes, segment_attributes;
+  std::map<std::string, std::vector<float>> probability;  // attribute of the header -> [N,C]
 
   void require(const Clip& clip) const;
   Digest add_frames(const Clip& clip);
@@ -110,6 +111,9 @@ void ArchiveWriter::State::require(const Clip& clip) const {
     if (!fits_float({p.x(), p.y(), 0})) refuse(where, "a path beyond the range of float32");
   require_attributes(clip.attributes, where);
   for (const Segment& s : clip.segments) require_attributes(s.attributes, where);
+  for (const auto& [name, classes] : clip.attribute_probability)
+    for (const auto& [value, p] : classes)
+      if (!(p >= 0 && p <= 1)) refuse(where, "probability " + std::to_string(p) + " of " + name + "=" + value + ", expected a number in 0..1");
   require_text(clip.source.path, {file, 0, where.object + " source"});
   if (!clip.source.sha256.empty()) from_hex(clip.source.sha256);
   if (!std::isfinite(clip.source.start_s) || !std::isfinite(clip.source.end_s) || !std::isfinite(clip.source.frame_rate_hz))
@@ -157,6 +161,15 @@ ArchiveWriter::ArchiveWriter(const std::string& path, Overwrite mode, ArchiveHea
   require_text(header.contacts_rule, {file, 0, "contacts rule"});
   for (const auto* columns : {&header.attributes, &header.segment_attributes})
     for (const auto& name : *columns) require_attributes({{name, ""}}, {file, 0, "header"});
+  for (const auto& [name, classes] : header.attribute_classes) {
+    const Where where{file, 0, "classes of " + name};
+    if (classes.empty()) refuse(where, "none, expected at least one");
+    if (std::set<std::string>(classes.begin(), classes.end()).size() != classes.size()) refuse(where, "a class occurs twice, expected each once");
+    for (const auto& value : classes) {
+      if (value.empty()) refuse(where, "a class without a name");
+      require_attributes({{name, value}}, where);
+    }
+  }
 
   state_ = std::make_unique<State>(path, mode, std::move(header), deflate);
   State& s = *state_;
@@ -201,6 +214,13 @@ void ArchiveWriter::add(const Clip& clip) {
   s.source_yaw.push_back(clip.source.yaw);
   for (const double x : clip.source.origin) s.source_origin.push_back(x + 0.0);  // no negative zeros
   s.attributes.add(clip.attributes);
+  for (const auto& [name, classes] : s.header.attribute_classes) {
+    const auto found = clip.attribute_probability.find(name);
+    for (const auto& value : classes) {
+      const auto p = found == clip.attribute_probability.end() ? std::map<std::string, float>::const_iterator() : found->second.find(value);
+      s.probability[name].push_back(found == clip.attribute_probability.end() || p == found->second.end() ? 0.0f : p->second + 0.0f);
+    }
+  }
   for (const Segment& segment : clip.segments) {
     s.segment_clip.push_back(row);
     s.segment_start.push_back(segment.start);
@@ -240,6 +260,10 @@ void ArchiveWriter::finish() {
   s.out.values("/clips/source_origin", s.source_origin, {s.name.size(), 3});
   s.out.dataset("/clips/digest", h5::Type::u8, {s.digests.size(), 32}, s.digests.data());
   s.attributes.write(s.out, "/clips/attributes", s.header.attributes);
+  for (const auto& [name, classes] : s.header.attribute_classes) {
+    s.out.strings("/clips/attribute_classes/" + h5::escape_link(name), classes);
+    s.out.values("/clips/attribute_probability/" + h5::escape_link(name), s.probability.at(name), {s.name.size(), classes.size()});
+  }
   if (!s.segment_clip.empty()) {
     s.out.values("/segments/clip", s.segment_clip);
     s.out.values("/segments/start", s.segment_start);

@@ -1,0 +1,120 @@
+#include "libmodels/classifier/classifier.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/base/parallel.hpp"
+#include "libmocap/store/model_file.hpp"
+#include "libmodels/classifier/network.hpp"
+#include "libmodels/nn/blas.hpp"
+#include "libmodels/nn/mlp.hpp"
+#include "libmodels/train/tensors.hpp"
+
+namespace mocap::classifier {
+
+struct Classifier::State {
+  std::string file, attribute;
+  std::vector<std::string> classes;
+  std::set<std::string> sources;
+  std::shared_ptr<const Skeleton> skeleton;
+  double rate = 0;
+  std::vector<float> mean, deviation;
+  std::unique_ptr<Network> network;
+  Eigen::MatrixXd score_weight;  // [C,F]
+  Eigen::VectorXd score_bias;
+};
+
+Classifier::Classifier(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Classifier::~Classifier() = default;
+
+std::unique_ptr<Classifier> Classifier::load(const std::string& path, std::string* file_sha256) {
+  const store::ModelFile model = store::read_model(path, file_sha256);
+  auto s = std::make_unique<State>();
+  const std::string file = path == "-" ? "<stdin>" : path;
+  s->file = file;
+  if (model.kind != "classifier") refuse({file, 0, {}}, "a model of kind '" + model.kind + "', expected a classifier", "train-classifier makes one");
+  const auto config = nlohmann::json::parse(model.config, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 32; }, false);
+  NetworkConfig network;
+  try {
+    network = network_config_from_json(config.is_object() && config.contains("network") ? config["network"] : nlohmann::json());
+  } catch (const Error& e) {
+    throw e.in_file(file);
+  }
+  s->rate = config.contains("frame_rate_hz") && config["frame_rate_hz"].is_number() ? config["frame_rate_hz"].get<double>() : 0;
+  if (!(std::isfinite(s->rate) && s->rate > 0)) refuse({file, 0, "config"}, "no frame_rate_hz above 0, expected that of the training data");
+  s->skeleton = model.skeleton;
+  if (!s->skeleton || s->skeleton->joint_count() - 1 != network.joints) refuse({file, 0, "skeleton"}, "another number of joints than the network's");
+  if (model.vocabulary.size() != 1) refuse({file, 0, "vocabulary"}, fmt::format("{} attributes, expected one", model.vocabulary.size()));
+  s->attribute = model.vocabulary.begin()->first;
+  s->classes = model.vocabulary.begin()->second;
+  if (static_cast<int>(s->classes.size()) != network.classes) refuse({file, 0, "vocabulary/" + s->attribute}, fmt::format("{} classes, expected the {} of the network", s->classes.size(), network.classes));
+  const auto finite = [](float v) { return std::isfinite(v); };
+  const auto inputs = static_cast<std::size_t>(network.inputs());
+  if (model.mean.size() != inputs || model.deviation.size() != inputs) refuse({file, 0, "normalization"}, fmt::format("{} means and {} deviations, expected {}", model.mean.size(), model.deviation.size(), inputs));
+  if (!std::all_of(model.mean.begin(), model.mean.end(), finite) || !std::all_of(model.deviation.begin(), model.deviation.end(), [&](float v) { return finite(v) && v > 0; }))
+    refuse({file, 0, "normalization"}, "a mean that is not finite or a deviation that is not above 0");
+  std::int64_t stored = 0;
+  for (const auto& [name, tensor] : model.weights) {
+    stored += static_cast<std::int64_t>(tensor.values.size());
+    if (!std::all_of(tensor.values.begin(), tensor.values.end(), finite)) refuse({file, 0, "weights/" + name}, "a value that is not finite");
+  }
+  // Before a network of these sizes is built: a few numbers in a small file must not ask for all memory.
+  if (stored != network.parameter_count()) refuse({file, 0, "weights"}, fmt::format("{} values, expected the {} of the network in config", stored, network.parameter_count()));
+  Random random(0, 0);
+  s->network = std::make_unique<Network>(network, random);
+  const auto parameters = nn::parameters_by_path(*s->network);
+  train::load_weights(parameters, model.weights, file);
+  for (const auto& [name, tensor] : parameters) {
+    const torch::Tensor t = tensor.detach().contiguous();
+    using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    if (name == "scores_weight") s->score_weight = Eigen::Map<const RowMajor>(t.data_ptr<float>(), t.size(0), t.size(1)).cast<double>();
+    if (name == "scores_bias") s->score_bias = Eigen::Map<const Eigen::VectorXf>(t.data_ptr<float>(), t.size(0)).cast<double>();
+  }
+  s->mean = model.mean;
+  s->deviation = model.deviation;
+  s->sources.insert(model.train_sources.begin(), model.train_sources.end());
+  return std::unique_ptr<Classifier>(new Classifier(std::move(s)));
+}
+
+const std::string& Classifier::attribute() const { return state_->attribute; }
+const std::vector<std::string>& Classifier::classes() const { return state_->classes; }
+const std::set<std::string>& Classifier::train_sources() const { return state_->sources; }
+std::shared_ptr<const Skeleton> Classifier::skeleton() const { return state_->skeleton; }
+double Classifier::frame_rate_hz() const { return state_->rate; }
+int Classifier::feature_size() const { return state_->network->config().features(); }
+
+Judged Classifier::judge(const std::vector<Clip>& clips, int threads) const {
+  const State& s = *state_;
+  Judged out;
+  const auto n = static_cast<Eigen::Index>(clips.size());
+  out.features.resize(n, feature_size());
+  out.posteriors.resize(n, static_cast<Eigen::Index>(s.classes.size()));
+  const Skeleton* checked = nullptr;
+  for (const Clip& clip : clips) {
+    const Where where{{}, 0, "clip " + clip.name};
+    if (clip.skeleton.get() != checked && (!clip.skeleton || !clip.skeleton->same_as(*s.skeleton, 1e-5)))
+      refuse(where, "another skeleton than the classifier's, expected the one it was trained on (" + s.file + ")", "canonicalize brings motion to one body");
+    checked = clip.skeleton.get();
+    if (std::abs(clip.frame_rate_hz - s.rate) > 1e-9 * s.rate)
+      refuse(where, fmt::format("{} Hz, expected the {} Hz that the classifier {} was trained at", clip.frame_rate_hz, s.rate, s.file), "canonicalize --fps brings motion to one rate");
+  }
+  // One clip at a time: what stands beside it in a batch would change its last bits.
+  parallel_for(clips.size(), threads, [&](std::size_t i) {
+    nn::initialize_worker_thread();
+    const torch::NoGradGuard no_grad;
+    const torch::Tensor x = standardise(encode(clips[i]), s.mean, s.deviation).unsqueeze(0);
+    const torch::Tensor pooled = s.network->features(x, {x.size(1)}).contiguous();
+    const Eigen::VectorXd f = Eigen::Map<const Eigen::VectorXf>(pooled.data_ptr<float>(), pooled.size(1)).cast<double>();
+    Eigen::VectorXd p = s.score_weight * f + s.score_bias;
+    p = (p.array() - p.maxCoeff()).exp();
+    out.features.row(static_cast<Eigen::Index>(i)) = f.transpose();
+    out.posteriors.row(static_cast<Eigen::Index>(i)) = (p / p.sum()).transpose();
+  });
+  return out;
+}
+
+}  // namespace mocap::classifier
