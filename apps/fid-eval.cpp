@@ -703,7 +703,10 @@ class FidEval final : public cli::Tool {
         out += fmt::format("{:<28}{:>13}{:>13}{:>13}{:>8}\n", c[0], c[1], c[2], c[3], c[4]);
       }
       for (const auto& [what, names] : {std::pair{"frozen", &frozen_}, {"exploding", &exploding_}})
-        if (!names->empty()) out += fmt::format("{}: {}\n", what, fmt::join(*names, " "));
+        if (!names->empty()) {
+          const std::size_t shown = std::min<std::size_t>(names->size(), 20);
+          out += fmt::format("{}: {}{}\n", what, fmt::join(names->begin(), names->begin() + static_cast<std::ptrdiff_t>(shown), " "), shown < names->size() ? fmt::format(" and {} more", names->size() - shown) : std::string());
+        }
     }
     context.print(out);
   }
