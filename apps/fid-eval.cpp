@@ -96,6 +96,36 @@ Eigen::MatrixXd matrix(const io::Npz& npz, const std::string& name, const std::s
   return out;
 }
 
+// A table as embed writes it: columns f0, f1, ... are the features, the others are passed over.
+io::Npz read_table(const std::string& text) {
+  std::vector<std::size_t> columns;
+  std::vector<double> values;
+  std::size_t rows = 0;
+  long number = 0;
+  for (std::size_t begin = 0; begin < text.size(); ++number) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::vector<std::string> cells(1);
+    for (const char c : text.substr(begin, end - begin))
+      if (c == '\t') cells.emplace_back();
+      else if (c != '\r') cells.back() += c;
+    begin = end + 1;
+    if (number == 0) {
+      for (std::size_t i = 0; i < cells.size(); ++i)
+        if (cells[i] == "f" + std::to_string(columns.size())) columns.push_back(i);
+      if (columns.empty()) refuse({{}, 1, {}}, "neither an npz file nor a table with the columns f0, f1, ..., expected one of them");
+      continue;
+    }
+    if (cells.size() == 1 && cells[0].empty()) continue;
+    for (const std::size_t i : columns) {
+      const auto value = i < cells.size() ? cli::parse_number(cells[i]) : std::nullopt;
+      if (!value) refuse({{}, number + 1, {}}, fmt::format("'{}' in column {}, expected a number", i < cells.size() ? cells[i] : "", i + 1));
+      values.push_back(*value);
+    }
+    ++rows;
+  }
+  return {{"features", {{rows, columns.size()}, values}}};
+}
+
 // features [N,d]; posteriors [N,C], labels [N] (numbers, or names out of classes [C]), classes as far as they are there; or mu and sigma.
 Set read_features(const std::string& role, const std::string& path) {
   Set set;
@@ -103,7 +133,8 @@ Set read_features(const std::string& role, const std::string& path) {
   set.path = path == "-" ? "<stdin>" : path;
   io::Npz npz;
   try {
-    npz = io::parse_npz(read_file(path));
+    const std::string bytes = read_file(path);
+    npz = bytes.starts_with("PK") ? io::parse_npz(bytes) : read_table(bytes);
   } catch (const Error& e) {
     throw e.in_file(set.path);
   }
@@ -205,7 +236,7 @@ class FidEval final : public cli::Tool {
     app.add_option("--real", real_, "real motion that was not trained on; with --features an npz file, also one of statistics (mu, sigma)")->required()->check(cli::path());
     app.add_option("--train", train_, "what the generator was trained on")->check(cli::path());
     app.add_option("--classifier", classifiers_, "classifier of one attribute, trained on other clips (repeatable; none: only the figures that need none)")->check(cli::path());
-    app.add_flag("--features", features_, "inputs are npz files: features [N,d] and, as far as there, posteriors [N,C], labels [N], classes [C]");
+    app.add_flag("--features", features_, "inputs are npz files: features [N,d] and, as far as there, posteriors [N,C], labels [N], classes [C]; or tables with columns f0, f1, ...");
     app.add_option("--frames", frames_, "cut clips to at most so many frames (0: no limit)")->check(cli::whole(0, 1000000, "FRAMES"))->capture_default_str();
     app.add_option("--repeats", repeats_, "deal the generated clips into so many parts, each a repeat")->check(cli::whole(1, 1000, "N"))->capture_default_str();
     app.add_option("--resamples", resamples_, "resamples of the bootstrap (0: none)")->check(cli::whole(0, 100000, "N"))->capture_default_str();
@@ -703,7 +734,10 @@ class FidEval final : public cli::Tool {
         out += fmt::format("{:<28}{:>13}{:>13}{:>13}{:>8}\n", c[0], c[1], c[2], c[3], c[4]);
       }
       for (const auto& [what, names] : {std::pair{"frozen", &frozen_}, {"exploding", &exploding_}})
-        if (!names->empty()) out += fmt::format("{}: {}\n", what, fmt::join(*names, " "));
+        if (!names->empty()) {
+          const std::size_t shown = std::min<std::size_t>(names->size(), 20);
+          out += fmt::format("{}: {}{}\n", what, fmt::join(names->begin(), names->begin() + static_cast<std::ptrdiff_t>(shown), " "), shown < names->size() ? fmt::format(" and {} more", names->size() - shown) : std::string());
+        }
     }
     context.print(out);
   }

@@ -48,7 +48,7 @@ struct NeighbourOptions {
   std::size_t most = 500;  // clips looked at, evenly chosen
   int threads = 1;
 };
-// Clips shorter than the window are left out. The same for any number of threads. 500 clips against 8,000 of 120 frames: docs/performance.md.
+// Clips shorter than the window are left out. The same for any number of threads.
 std::vector<Neighbour> nearest_training_clips(const std::vector<Clip>& clips, const std::vector<Clip>& training, const NeighbourOptions& options);
 
 }  // namespace mocap::metrics

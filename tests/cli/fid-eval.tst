@@ -25,6 +25,8 @@
 # setup: n = x.copy(); n[4, 2] = np.nan; np.savez("nan.npz", features=n); np.savez("small.npz", features=x[:6]); np.savez("ten.npz", features=y[:10]); np.savez("wide.npz", features=r.randn(50, 9)); np.savez("none.npz", mu=x); np.savez("flat.npz", features=x[0])
 # setup: np.savez("one.npz", features=x, posteriors=np.ones((200, 1))); np.savez("gap.npz", features=x, labels=np.where(l == 2, 1, l), classes=list("abcd")); np.savez("long.npz", features=x, labels=l[:3]); np.savez("off.npz", features=x, posteriors=p[:9])
 # setup: np.savez("high.npz", features=x, labels=l + 1, classes=list("abcd")); np.savez("other.npz", features=x, labels=np.where(l == 1, "zebra", "a"), classes=list("abcd")); np.savez("half.npz", features=x, posteriors=p / 2); np.savez("texts.npz", features=np.array([["a", "b"]])); np.savez("fraction.npz", features=x, labels=l + 0.5)
+# setup: open("x.tsv", "w").write("clip\tf0\tf1\tf2\tf3\tf4\tf5\n" + "".join("c%d\t" % i + "\t".join("%.17g" % v for v in row) + "\n" for i, row in enumerate(x)))
+# setup: open("bad.tsv", "w").write("clip\tf0\tf1\nc0\t1\t2\nc1\t1\tnan\n"); open("none.tsv", "w").write("clip\taction\nc0\twalking\n")
 # setup: from scipy import linalg
 # setup: c1, c2 = np.cov(x, rowvar=False), np.cov(y, rowvar=False); d = x.mean(0) - y.mean(0)
 # setup: open("fid", "w").write("%.5f\n" % (d @ d + np.trace(c1) + np.trace(c2) - 2 * np.trace(linalg.sqrtm(c1 @ c2)).real))
@@ -50,6 +52,9 @@
 0 true fid-eval x.npz --features --real y.npz --json | ./q 'lo("fid") < v("fid") < hi("fid") and n("fid") == 200 and 0 < v("fid.floor_halves") and n("fid.floor_halves") == 90 and v("is.bound") == 4 and 1 < v("is") < 4 and 0 < v("accuracy.class") < 0.5 and v("diversity.real") > 0 and v("multimodality") > 0 and r["compat"] == "none"'
 0 true fid-eval xf.npz --features --real yf.npz --json | ./q '"is.value" not in r and "multimodality.value" not in r and lo("kid") is None and 0 < v("precision") <= 1 and 0 < v("recall") <= 1'
 0 true fid-eval y.npz --features --real y.npz --json | ./q 'v("fid") < 1e-9 and v("precision") == 1 and v("recall") == 1'
+0 fid fid-eval x.tsv --features --real yf.npz --json | ./q '"%.5f" % v("fid")'
+3 ~bad\.tsv:3:.'nan'.in.column.3,.expected.a.number fid-eval bad.tsv --features --real yf.npz
+3 ~none\.tsv:1:.neither.an.npz fid-eval none.tsv --features --real yf.npz
 0 true fid-eval names.npz --features --real y.npz --json | ./q 'v("within_class_variance") > 0'
 0 true fid-eval x.npz --features --real y.npz --train t.npz --json | ./q 'v("fid.floor_train") > 0 and n("fid.floor_train") == 150'
 0 . fid-eval - --features --real y.npz < x.npz > p && fid-eval x.npz --features --real y.npz -j 1 | cmp - p && fid-eval x.npz --features --real - -j 2 < y.npz | cmp - p
