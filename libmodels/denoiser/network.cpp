@@ -57,7 +57,7 @@ Network::Network(const NetworkConfig& config, Random& random) : config_(config) 
 }
 
 torch::Tensor Network::forward(const torch::Tensor& x) const {
-  torch::Tensor y = torch::relu(torch::conv1d(x.transpose(1, 2).contiguous(), w1_, b1_, 1, 2));
+  torch::Tensor y = torch::relu(torch::conv1d(x.transpose(1, 2).clamp(-kFarthest, kFarthest).contiguous(), w1_, b1_, 1, 2));
   y = torch::relu(torch::conv1d(y, w2_, b2_, 2, 2));
   y = torch::relu(torch::conv_transpose1d(y, w3_, b3_, 2, 1));
   y = torch::conv_transpose1d(y, w4_, b4_, 1, 2);

@@ -1,11 +1,12 @@
 // The denoising autoencoder of Ghorbani et al. 2020 (section 3.1, Table 1): two Conv1D + ReLU, transposed convolutions back.
 //
 //   x (B, T, D)  standardised pose features (features/motion_cell.hpp, quaternions), T even
-//   y = x + deconv2(relu(deconv1(relu(conv2(relu(conv1(x)))))))
+//   y = x + deconv2(relu(deconv1(relu(conv2(relu(conv1(x cut to +-5)))))))
 //   conv1    kernel 5, stride 1, D -> 96          conv2    kernel 5, stride 2, 96 -> 64
 //   deconv1  kernel 4, stride 2, 64 -> 96         deconv2  kernel 5, stride 1, 96 -> D, 0 at the start
 // The paper gives neither widths nor strides, and no x +: with it an untrained network changes nothing, and a short training removes noise
-// instead of first learning to copy.
+// instead of first learning to copy. The cut keeps one outlier, which may lie hundreds of deviations off in a feature that hardly varies,
+// from spoiling everything around it.
 #pragma once
 #include <torch/torch.h>
 
@@ -28,6 +29,7 @@ NetworkConfig network_config_from_json(const nlohmann::json& json);  // Error(da
 
 // Frames on either side that an output frame depends on.
 inline constexpr std::int64_t kReach = 12;
+inline constexpr double kFarthest = 5;  // deviations from the mean that the network sees
 
 class Network : public torch::nn::Module {
  public:

@@ -56,7 +56,7 @@ TrainingConfig tiny(std::int64_t epochs) {
   c.batch = 6;
   c.window = 32;
   c.shards = 3;
-  c.learning_rate = 1e-3;
+  c.learning_rate = 3e-3;
   return c;
 }
 
@@ -68,7 +68,7 @@ struct Files {
     nn::use_one_blas_thread();
     write_archive(train, motions());
     const Data data(train);
-    DenoiserTraining training(tiny(60), data, &data);
+    DenoiserTraining training(tiny(200), data, &data);
     store::ModelFile fresh = training.describe();
     fresh.weights = train::to_stored(training.parameters());
     store::write_model(untrained, Overwrite::refuse, fresh);
@@ -114,9 +114,9 @@ TEST(Training, RateFallsByAHundredthEveryTenEpochs) {
   const DenoiserTraining training(tiny(30), data, nullptr);
   const std::int64_t epoch = training.steps_per_epoch();
   EXPECT_EQ(training.steps(), 30 * epoch);
-  EXPECT_EQ(training.learning_rate(10 * epoch - 1), 1e-3);
-  EXPECT_DOUBLE_EQ(training.learning_rate(10 * epoch), 0.99e-3);
-  EXPECT_DOUBLE_EQ(training.learning_rate(20 * epoch), 0.99 * 0.99e-3);
+  EXPECT_EQ(training.learning_rate(10 * epoch - 1), 3e-3);
+  EXPECT_DOUBLE_EQ(training.learning_rate(10 * epoch), 0.99 * 3e-3);
+  EXPECT_DOUBLE_EQ(training.learning_rate(20 * epoch), 0.99 * 0.99 * 3e-3);
   EXPECT_EQ(TrainingConfig().learning_rate, 1e-4);
   EXPECT_EQ(TrainingConfig().epochs, 300);
   auto odd = tiny(1);
@@ -219,7 +219,7 @@ TEST(Denoising, RefusesWhatItWasNotTrainedOn) {
   };
   EXPECT_NE(altered([](auto& m) { m.kind = "classifier"; }).find("expected a denoiser"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.config = "{}"; }).find("config"), std::string::npos);
-  EXPECT_NE(altered([](auto& m) { m.mean.pop_back(); }).find("normalization"), std::string::npos);
+  EXPECT_NE(altered([](auto& m) { m.mean.pop_back(), m.deviation.pop_back(); }).find("normalization"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.deviation[0] = 0; }).find("above 0"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.weights.begin()->second.values[0] = NAN; }).find("not finite"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.weights.erase(m.weights.begin()); }).find("weights"), std::string::npos);
