@@ -62,6 +62,7 @@ Clip cut(const Clip& clip, std::size_t first, std::size_t count) {
   out.translations = rows(clip.translations, j);
   out.contacts = rows(clip.contacts, 1);
   out.attributes = clip.attributes;
+  out.attribute_probability = clip.attribute_probability;
   out.source = clip.source;
   out.path = clip.path;
   const auto begin = static_cast<std::int64_t>(first), end = static_cast<std::int64_t>(first + count);

@@ -11,6 +11,7 @@
 #include "libmodels/classifier/confusion.hpp"
 #include "libmodels/classifier/training.hpp"
 #include "libmodels/nn/blas.hpp"
+#include "libmodels/nn/mlp.hpp"
 #include "libmodels/train/loop.hpp"
 #include "tests/store/sample_clips.hpp"
 
@@ -143,7 +144,7 @@ TEST(Network, PaddingDoesNotReachTheResult) {
   Random random(4, 0);
   const Network network(model, random);
   const torch::NoGradGuard no_grad;
-  const Tensor x = torch::full({1, 30, model.inputs()}, 1.0f) * torch::arange(30).view({1, 30, 1}) / 30;
+  const Tensor x = nn::normal_tensor({1, 30, model.inputs()}, random);
   Tensor garbage = torch::full({1, 41, model.inputs()}, 1e3f);
   for (const std::int64_t length : {1, 2, 13, 30}) {
     garbage.narrow(1, 0, length).copy_(x.narrow(1, 0, length));
@@ -264,7 +265,7 @@ TEST(Judging, RefusesModelsThatDoNotFit) {
   EXPECT_NE(altered([](auto& m) { m.config = "{}"; }).find("config"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.config = "[1]"; }).find("config"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.vocabulary["action"].push_back("fly"); }).find("vocabulary"), std::string::npos);
-  EXPECT_NE(altered([](auto& m) { m.mean.pop_back(); }).find("normalization"), std::string::npos);
+  EXPECT_NE(altered([](auto& m) { m.mean.pop_back(), m.deviation.pop_back(); }).find("normalization"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.deviation[0] = 0; }).find("above 0"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.weights.begin()->second.values[0] = NAN; }).find("not finite"), std::string::npos);
   EXPECT_NE(altered([](auto& m) { m.weights.erase(m.weights.begin()); }).find("weights"), std::string::npos);

@@ -58,6 +58,7 @@
 2 ~-m.-.and.the.input.- classify - -m - < c.h5
 2 ~number classify c.h5 -m m.h5 --min-probability 2
 2 ~unknown.option classify c.h5 -m m.h5 --labels x
+2 ~cuda classify c.h5 -m m.h5 --device cuda
 
 # bad input
 3 ~^classify:.absent\.h5 classify absent.h5 -m m.h5

@@ -1,7 +1,8 @@
 # STATUS EXPECTED COMMAND (see run.sh). What every tool shares is tried in bvh2npz.tst; stopping and resuming in train-vrnn.tst; what is learnt in tests/classifier.
 # setup: make-corpus -q --subjects 2 --seconds 2 --transitions 0 -o corpus; canonicalize -q corpus --labels corpus/labels.tsv -o c.h5; canonicalize -q corpus -o unlabelled.h5
 # setup: canonicalize -q corpus --labels corpus/labels.tsv --fps 60 -o fast.h5; make-corpus -q --subjects 1 --seconds 2 --transitions 0 --seed 2 -o val; canonicalize -q val --labels val/labels.tsv -o val.h5
-# setup: (head -1 corpus/labels.tsv; grep walking corpus/labels.tsv) > few.tsv; canonicalize -q corpus --labels few.tsv -o few.h5; head -c 9000 c.h5 > cut.h5; echo nope > bad.h5; mkdir folder
+# setup: (head -1 corpus/labels.tsv; grep walking corpus/labels.tsv) > few.tsv; canonicalize -q corpus --labels few.tsv -o few.h5; (head -1 corpus/labels.tsv; grep 'walking\|jogging' corpus/labels.tsv) > two.tsv; canonicalize -q corpus --labels two.tsv -o two.h5
+# setup: head -c 9000 c.h5 > cut.h5; echo nope > bad.h5; mkdir folder
 # setup: printf 'file\taction\n' > dance.tsv; (cd val; for f in *.bvh; do printf '%s\tdancing\n' $f; done) >> dance.tsv; canonicalize -q val --labels dance.tsv -o dancing.h5
 # setup: motion-select -q c.h5 --name 'walking_f*1_1' --name 'jogging_f*1_1' -o pair.h5; canonicalize -q val --labels val/labels.tsv --body source -o rig.h5
 # setup: printf '#!/bin/sh\nexec train-classifier -q --attribute action --batch 4 "$@"\n' > t; chmod +x t
@@ -39,7 +40,7 @@
 0 true ./t c.h5 --epochs 1 --half A --half-seed 9 -o half-9.h5 && ./q 'm[0].sources() != m[1].sources()' half-a.h5 half-9.h5
 0 true train-classifier -q c.h5 --attribute gender --epochs 1 --batch 5 --window 20 --noise 0.1 --learning-rate 0.002 --shards 3 --device cpu --weights-only --checkpoint-minutes 1 -o g.h5 && ./q '[(t["batch"], t["window"], t["noise"], t["learning_rate"]["rate"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(5, 20, 0.1, 0.002, 3)] and m[0].json("config")["crops"] == {"longest": 20, "shortest": 8} and list(m[0].f["vocabulary"]) == ["gender"] and "training" not in m[0].f' g.h5
 0 ~classes.of.action train-classifier c.h5 --attribute action --epochs 1 -o said.h5
-0 ~12.clips.are.left.out train-classifier few.h5 --attribute action --epochs 1 -o x.h5; test $? = 3
+0 ~8.clips.are.left.out train-classifier two.h5 --attribute action --epochs 1 -o two-model.h5
 0 . ./t c.h5 --epochs 2 --resume -o a.h5 && cmp a.h5 b.h5
 2 ~was.trained.with.training/seed ./t c.h5 --epochs 2 --resume --seed 5 -o a.h5
 4 ~a\.h5:.exists.already ./t c.h5 --epochs 2 -o a.h5
@@ -52,7 +53,7 @@
 2 ~expected.one.of ./t c.h5 --half C -o x.h5
 2 ~whole.number ./t c.h5 --epochs 0 -o x.h5
 2 ~shards ./t c.h5 --shards 5 -o x.h5
-2 ~frames.in.all ./t c.h5 --batch 65536 --window 100000 -o x.h5
+2 ~frames.in.all train-classifier -q --attribute action c.h5 --batch 65536 --window 100000 -o x.h5
 2 ~above.0 ./t c.h5 --learning-rate nan -o x.h5
 2 ~--val.-: ./t c.h5 --val - -o x.h5
 2 ~is.the.archive.to.train.on cp c.h5 own.h5; ./t own.h5 -f -o own.h5

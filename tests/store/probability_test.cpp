@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "libmocap/base/error.hpp"
 #include "libmocap/store/archive_set.hpp"
 #include "tests/store/sample_clips.hpp"
 
