@@ -130,7 +130,9 @@ TEST(Training, DrawsTheSameLengthsAndNumbersOfEveryClass) {
       sum[label] += static_cast<double>(length);
       ++count[label];
       least = std::min(least, length), most = std::max(most, length);
-      if (step == 0) EXPECT_EQ(rows.x[b].abs().sum(1).gt(0).sum().item<std::int64_t>(), length);  // the rest is padding
+      if (step == 0) {
+        EXPECT_EQ(rows.x[b].abs().sum(1).gt(0).sum().item<std::int64_t>(), length);  // the rest is padding
+      }
     }
   }
   EXPECT_EQ(least, 24);

@@ -148,3 +148,4 @@
 2 ~format fid-eval x.npz --features --real y.npz --format html
 2 ~whole.number fid-eval x.npz --features --real y.npz --repeats 0
 3 ~200.clips.for.150.repeats fid-eval x.npz --features --real y.npz --repeats 150
+2 ~cuda fid-eval g.h5 --real r.h5 --classifier a.h5 --device cuda
