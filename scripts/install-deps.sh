@@ -16,7 +16,7 @@ install-deps: no apt-get here, so nothing is installed. Provide these through mo
     a C++20 compiler (g++ 12 or newer), CMake 3.25, Ninja, pkg-config
     Eigen 3.4, CLI11 2.1, HDF5 1.10 to 1.14 (C), fmt 9, spdlog 1.10, nlohmann-json 3, toml++ 3, fast_float, Random123,
     libzip, zlib, PCRE2 (8 bit), OpenSSL (crypto), cairo
-    LibTorch 1.13 or 2.x (without it only the file tools are built) and OpenBLAS
+    OpenBLAS with LAPACK; LibTorch 1.13 or 2.x (without it only the file tools are built)
     GoogleTest for the tests (-DMOCAPKIT_TESTS=OFF without), google-benchmark (-DMOCAPKIT_BENCH=OFF),
     python3 with numpy, h5py and scipy for the tests
 TEXT
