@@ -17,7 +17,8 @@ std::string text(Unit unit);
 std::string text(UpAxis up);
 
 // What was found or forced. Leg length (hip to ankle over the bones of the rest pose) decides the unit: the candidate
-// that brings it nearest to 0.83 m, within a factor of 1.7 (decimetres, which few write, must do so by a factor of 1.15 better); files without legs go by the extent of the whole skeleton.
+// that brings it nearest to 0.83 m, within a factor of 1.7 (decimetres, which few write, must do so by a factor of 1.15
+// better); files without legs go by the extent of the whole skeleton.
 // The axis is the one along which the head lies above the feet, in the rest pose where that stands and over the motion; where the two
 // differ or neither tells (somebody lies, crawls, stands on the hands; a rig turned by its root alone) also the one along which the lowest
 // point stays where it is while the body travels, and is near 0.

@@ -205,6 +205,8 @@
 3 ~^canonicalize:.<stdin>:.motion.\(AMC\).without.its.skeleton canonicalize - -o x.h5 < alone.amc
 1 ~^canonicalize:.lone/b\.amc:.*found.none canonicalize good.bvh lone/b.amc -o lone.h5
 0 true canonicalize -q asfamc -o both.h5 && ./q 'a[0].names == ["07_05", "07_06"] and [i["path"] for i in a[0].history[-1]["inputs"]] == ["07.asf", "07_05.amc", "07_06.amc"]' both.h5
+0 true canonicalize -q asfamc --fps-override sixty.tsv -o slower.h5 && ./q 'list(a[0].f["clips/source_frame_rate_hz"][()]) == [60, 60] and "07.asf" in [i["path"] for i in a[0].history[-1]["inputs"]]' slower.h5
+0 ~^canonicalize:.warning:.cut\.bvh:.*kept canonicalize cut.bvh --lenient --fps-override sixty.tsv -o cut60.h5
 0 ~both\.h5.is.up.to.date canonicalize asfamc -o both.h5 --skip-existing
 0 ~2.clips sed -i 's/length 7.0/length 7.5/' asfamc/07.asf && canonicalize asfamc -o both.h5 --skip-existing
 # --body source: the inputs' own rig
