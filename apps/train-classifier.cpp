@@ -1,24 +1,17 @@
 // train-classifier - train a classifier of one attribute on a motion archive.
-#include <fmt/core.h>
-
-#include <filesystem>
-
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
-#include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
 #include "libmodels/classifier/classifier.hpp"
 #include "libmodels/classifier/confusion.hpp"
 #include "libmodels/classifier/training.hpp"
-#include "libmodels/nn/blas.hpp"
-#include "libmodels/train/loop.hpp"
-#include "libmodels/train/signals.hpp"
+#include "libmodels/tools/training_tool.hpp"
 
 namespace {
 
 using namespace mocap;
 
-class TrainClassifier final : public cli::Tool {
+class TrainClassifier final : public tools::TrainingTool {
  public:
   std::string name() const override { return "train-classifier"; }
   std::string synopsis() const override { return "Train a classifier of one attribute, to label motion and to judge generated motion by"; }
@@ -35,19 +28,10 @@ class TrainClassifier final : public cli::Tool {
   }
   std::vector<std::string> references() const override { return {"Ghorbani et al. 2020, sections 3.4 and 4.2, Table 1"}; }
   cli::Traits traits() const override {
-    cli::Traits t;
-    t.inputs = cli::Inputs::one;
-    t.output = cli::Output::file;
-    t.random = true;
-    t.network = true;
+    cli::Traits t = TrainingTool::traits();
     t.report = true;
-    t.input_help = "motion archive to train on";
-    t.output_help = "model file";
     return t;
   }
-  std::vector<std::string> version_lines() const override { return {nn::compute_libraries()}; }
-  bool check_output_first() const override { return !resume_; }
-  std::vector<std::string> non_content_options() const override { return {"--resume", "--checkpoint-minutes", "--weights-only"}; }
 
   void options(CLI::App& app) override {
     app.add_option("--attribute", attribute_, "attribute to learn; clips without it are left out")->required();
@@ -59,49 +43,27 @@ class TrainClassifier final : public cli::Tool {
     app.add_option("--window", c_.window, "longest crop; no class's median clip is shorter than the crops drawn")->check(cli::whole(1, 100000, "FRAMES"))->capture_default_str();
     app.add_option("--noise", c_.noise, "deviation of the noise on standardised inputs")->check(cli::non_negative("DEVIATION"))->capture_default_str();
     app.add_option("--learning-rate", c_.learning_rate.rate, "of Adam at the start; it falls to 0.04 of this")->check(cli::positive("RATE"))->capture_default_str();
-    app.add_option("--shards", c_.shards, "parts of a batch computed side by side; part of the configuration, so that -j never changes the result")
-        ->check(cli::whole(1, 1024, "PARTS"))->capture_default_str();
-    app.add_flag("--resume", resume_, "continue from the newest checkpoint; start afresh where there is none");
-    app.add_flag("--weights-only", weights_only_, "leave the optimiser's state out of the finished model (a third of the size)");
-    app.add_option("--checkpoint-minutes", checkpoint_minutes_, "between checkpoints")->check(cli::positive("MINUTES"))->capture_default_str();
+    add_loop_options(app);
   }
 
   Exit run(cli::Context& context) override {
-    nn::use_one_blas_thread();
-    const std::string& input = context.inputs().at(0).path;
-    std::error_code ignored;
-    if (std::filesystem::equivalent(input, context.common().output, ignored)) refuse_usage("-o " + context.common().output + " is the archive to train on, expected another file");
+    const std::string input = begin(context);
     if (validation_ == "-") refuse_usage("--val -: accuracy is found in a second reading, expected a file");
     const classifier::Data data(input, attribute_, classifier::parse_half(half_), static_cast<std::uint64_t>(half_seed_));
     if (data.left_out() > 0) log::warn("{} clips are left out: they lack a label", data.left_out());
     std::unique_ptr<classifier::Data> validation;
     if (!validation_.empty()) validation = std::make_unique<classifier::Data>(validation_, attribute_, classifier::Half::all, 0, &data);
     c_.seed = context.seed();
+    c_.shards = shards();
     c_.half = half_;
     c_.half_seed = static_cast<std::uint64_t>(half_seed_);
     classifier::ClassifierTraining training(c_, data, validation.get());
     log::info("{} clips, {} frames, {} classes of {}; {} parameters, {} steps on crops of {} to {} frames", data.items().size(), data.frames(), data.classes().size(), attribute_,
               training.network().config().parameter_count(), training.steps(), training.shortest(), training.longest());
 
-    train::LoopOptions loop;
-    loop.output = context.common().output;
-    loop.overwrite = context.overwrite();
-    loop.resume = resume_;
-    loop.weights_only = weights_only_;
-    loop.threads = context.threads();
-    loop.checkpoint_minutes = checkpoint_minutes_;
-    loop.history = data.header().history;
     std::vector<HistoryInput> inputs = {{context.inputs()[0].label, data.file_sha256()}};
-    if (validation) inputs.push_back({validation_.substr(validation_.rfind('/') + 1), validation->file_sha256()});
-    loop.history.push_back(context.history_entry(std::move(inputs)));
-    train::catch_stop_signals();
-    const auto result = train::train(training, loop, [&](const train::Progress& p) {
-      context.progress(static_cast<std::size_t>(p.step), static_cast<std::size_t>(p.steps), fmt::format("steps, loss {:.4g}", p.loss));
-    });
-    if (!result.finished) {
-      log::info("stopped at step {} of {} with a checkpoint; run the same line with --resume to continue", result.step, training.steps());
-      return Exit::interrupted;
-    }
+    if (validation) inputs.push_back(tools::history_input(validation_, validation->file_sha256()));
+    if (const Exit exit = train(context, training, data.header().history, std::move(inputs)); exit != Exit::ok) return exit;
     if (validation) report(context);
     return Exit::ok;
   }
@@ -122,8 +84,6 @@ class TrainClassifier final : public cli::Tool {
   std::string attribute_, validation_, half_ = "all";
   std::int64_t half_seed_ = 1;
   classifier::TrainingConfig c_;
-  bool resume_ = false, weights_only_ = false;
-  double checkpoint_minutes_ = 5;
 };
 
 }  // namespace

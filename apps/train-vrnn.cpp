@@ -1,22 +1,17 @@
 // train-vrnn - train the Motion Cell on a motion archive.
 #include <fmt/core.h>
 
-#include <filesystem>
-
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
-#include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
 #include "libmodels/motion_cell/training.hpp"
-#include "libmodels/nn/blas.hpp"
-#include "libmodels/train/loop.hpp"
-#include "libmodels/train/signals.hpp"
+#include "libmodels/tools/training_tool.hpp"
 
 namespace {
 
 using namespace mocap;
 
-class TrainVrnn final : public cli::Tool {
+class TrainVrnn final : public tools::TrainingTool {
  public:
   std::string name() const override { return "train-vrnn"; }
   std::string synopsis() const override { return "Train the Motion Cell, a hierarchical recurrent latent-variable model of motion, on a motion archive"; }
@@ -34,20 +29,6 @@ class TrainVrnn final : public cli::Tool {
   std::vector<std::string> references() const override {
     return {"Ghorbani et al. 2020, Probabilistic Character Motion Synthesis using a Hierarchical Deep Latent Variable Model, sections 3 and 4, Table 1"};
   }
-  cli::Traits traits() const override {
-    cli::Traits t;
-    t.inputs = cli::Inputs::one;
-    t.output = cli::Output::file;
-    t.random = true;
-    t.network = true;
-    t.input_help = "motion archive to train on";
-    t.output_help = "model file";
-    return t;
-  }
-  std::vector<std::string> version_lines() const override { return {nn::compute_libraries()}; }
-  bool check_output_first() const override { return !resume_; }  // a finished model is what --resume may find
-  std::vector<std::string> non_content_options() const override { return {"--resume", "--checkpoint-minutes", "--checkpoint-epochs", "--weights-only", "--val-epochs"}; }
-
   void options(CLI::App& app) override {
     app.add_option("--preset", preset_, "sizes and schedules: paper (Table 1, 1,600 epochs) or small (GRU cells of 256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_option("--attribute", attributes_, "attribute to condition on (repeatable; default: all that label at least half of the clips, but subject; clips without them are left out)");
@@ -55,7 +36,6 @@ class TrainVrnn final : public cli::Tool {
     app.add_option("--steps", steps_, "optimiser steps, word pretraining included")->check(cli::whole(1, 1000000000, "STEPS"));
     app.add_option("--epochs", epochs_, "passes over the clips, instead of --steps")->check(cli::whole(1, 1000000000, "EPOCHS"));
     app.add_option("--batch", batch_, "clips in a batch (preset)")->check(cli::whole(1, 65536, "CLIPS"));
-    app.add_option("--shards", shards_, "parts of a batch computed side by side; part of the configuration, so that -j never changes the result (preset)")->check(cli::whole(1, 1024, "PARTS"));
     app.add_option("--window", window_, "frames of a training window, instead of the preset's growing ones; cut to whole words")->check(cli::whole(3, 100000, "FRAMES"));
     app.add_option("--learning-rate", rate_, "of Adam (preset)")->check(cli::positive("RATE"));
     app.add_option("--reconstruction-scale", scale_, "weight of the reconstruction against a KL weight of 1 (preset)")->check(cli::positive("WEIGHT"));
@@ -66,19 +46,12 @@ class TrainVrnn final : public cli::Tool {
         ->check(cli::between(0, 1, "PROGRESS"));
     app.add_option("--own-output-rate", own_output_rate_, "share of input words replaced in the end (preset)")->check(cli::between(0, 1, "SHARE"));
     app.add_option("--pretrain-steps", pretrain_, "of --steps, steps on single words without recurrence at the start (preset)")->check(cli::whole(0, 1000000000, "STEPS"));
-    app.add_flag("--resume", resume_, "continue from the newest checkpoint; start afresh where there is none");
-    app.add_flag("--weights-only", weights_only_, "leave the optimiser's state out of the finished model (a third of the size)");
-    app.add_option("--checkpoint-minutes", checkpoint_minutes_, "between checkpoints")->check(cli::positive("MINUTES"))->capture_default_str();
-    app.add_option("--checkpoint-epochs", checkpoint_epochs_, "between checkpoints, besides the minutes; 0: by minutes alone")->check(cli::whole(0, 1000000000, "EPOCHS"))->capture_default_str();
-    app.add_option("--val-epochs", val_epochs_, "between validations")->check(cli::whole(1, 1000000000, "EPOCHS"))->capture_default_str();
+    add_loop_options(app);
   }
 
   Exit run(cli::Context& context) override {
-    nn::use_one_blas_thread();
+    const std::string input = begin(context);
     if (steps_ && epochs_) refuse_usage("both --steps and --epochs, expected one of them");
-    const std::string& input = context.inputs().at(0).path;
-    std::error_code ignored;
-    if (std::filesystem::equivalent(input, context.common().output, ignored)) refuse_usage("-o " + context.common().output + " is the archive to train on, expected another file");
     const train::MotionDataset data(input, features::RotationRepresentation::quaternion, attributes_);
     if (data.vocabulary().empty())
       refuse({input, 0, {}}, "no attribute labels half of the clips or more, expected at least one to condition on", "give `canonicalize --labels` a table, or name one with --attribute");
@@ -91,28 +64,9 @@ class TrainVrnn final : public cli::Tool {
     log::info("{} clips, {} frames, {} combinations of attributes; {} parameters, {} steps", data.clips().size(), data.frames(), data.combinations().size(),
               training.network().parameter_count(), training.steps());
 
-    train::LoopOptions loop;
-    loop.output = context.common().output;
-    loop.overwrite = context.overwrite();
-    loop.resume = resume_;
-    loop.weights_only = weights_only_;
-    loop.threads = context.threads();
-    loop.checkpoint_minutes = checkpoint_minutes_;
-    loop.checkpoint_epochs = checkpoint_epochs_;
-    loop.validate_epochs = val_epochs_;
-    loop.history = data.header().history;
     std::vector<HistoryInput> inputs = {{context.inputs()[0].label, data.file_sha256()}};
-    if (validation) inputs.push_back({validation_.substr(validation_.rfind('/') + 1), validation->file_sha256()});
-    loop.history.push_back(context.history_entry(std::move(inputs)));
-    train::catch_stop_signals();
-    const auto result = train::train(training, loop, [&](const train::Progress& p) {
-      context.progress(static_cast<std::size_t>(p.step), static_cast<std::size_t>(p.steps), fmt::format("steps, loss {:.4g}", p.loss));
-    });
-    if (!result.finished) {
-      log::info("stopped at step {} of {} with a checkpoint; run the same line with --resume to continue", result.step, training.steps());
-      return Exit::interrupted;
-    }
-    return Exit::ok;
+    if (validation) inputs.push_back(tools::history_input(validation_, validation->file_sha256()));
+    return train(context, training, data.header().history, std::move(inputs));
   }
 
  private:
@@ -126,7 +80,7 @@ class TrainVrnn final : public cli::Tool {
       c.steps = steps_ ? *steps_ : c.epochs * ((clips + c.batch - 1) / c.batch);
       c.pretraining.steps = static_cast<std::int64_t>(share * static_cast<double>(c.steps));
     }
-    if (shards_) c.shards = *shards_;
+    c.shards = shards();
     if (window_) c.windows = {{0, *window_ - *window_ % 3}};
     if (rate_) c.learning_rate.rate = *rate_;
     if (scale_) c.reconstruction_scale = *scale_;
@@ -147,12 +101,8 @@ class TrainVrnn final : public cli::Tool {
   std::string preset_ = "small", validation_;
   std::vector<std::string> attributes_;
   std::optional<std::int64_t> steps_, epochs_, batch_, window_, pretrain_;
-  std::optional<int> shards_;
   std::optional<double> rate_, scale_, velocity_, own_output_rate_;
   std::vector<double> kl_ramp_, own_output_;
-  bool resume_ = false, weights_only_ = false;
-  double checkpoint_minutes_ = 5;
-  std::int64_t checkpoint_epochs_ = 0, val_epochs_ = 10;
 };
 
 }  // namespace

@@ -1,0 +1,193 @@
+#include "libmodels/denoiser/denoiser.hpp"
+
+#include <fmt/core.h>
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/features/motion_cell.hpp"
+#include "libmocap/store/model_file.hpp"
+#include "libmodels/denoiser/network.hpp"
+#include "libmodels/nn/mlp.hpp"
+#include "libmodels/train/tensors.hpp"
+
+namespace mocap::denoiser {
+namespace {
+
+using features::FeatureMatrix;
+
+constexpr std::int64_t kPart = 4096;     // frames of a long clip at a time
+constexpr double kPathSeconds = 0.5;
+
+// Gaussian mean of a sequence, the weights of what lies outside given to the rest.
+template <class T>
+std::vector<T> smoothed(const std::vector<T>& x, double deviation_frames, const T& zero) {
+  const auto n = static_cast<std::int64_t>(x.size()), reach = static_cast<std::int64_t>(std::ceil(3 * deviation_frames));
+  std::vector<double> weight;
+  for (std::int64_t k = 0; k <= reach; ++k) weight.push_back(std::exp(-0.5 * static_cast<double>(k * k) / (deviation_frames * deviation_frames)));
+  std::vector<T> out(x.size(), zero);
+  for (std::int64_t t = 0; t < n; ++t) {
+    double sum = 0;
+    for (std::int64_t k = std::max<std::int64_t>(0, t - reach); k <= std::min(n - 1, t + reach); ++k) {
+      const double w = weight[static_cast<std::size_t>(std::abs(k - t))];
+      out[static_cast<std::size_t>(t)] += w * x[static_cast<std::size_t>(k)];
+      sum += w;
+    }
+    out[static_cast<std::size_t>(t)] /= sum;
+  }
+  return out;
+}
+
+}  // namespace
+
+struct Denoiser::State {
+  std::string file;
+  std::shared_ptr<const Skeleton> skeleton;
+  double rate = 0;
+  std::vector<float> mean, deviation;
+  std::unique_ptr<Network> network;
+};
+
+Denoiser::Denoiser(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Denoiser::~Denoiser() = default;
+std::shared_ptr<const Skeleton> Denoiser::skeleton() const { return state_->skeleton; }
+double Denoiser::frame_rate_hz() const { return state_->rate; }
+
+std::unique_ptr<Denoiser> Denoiser::load(const std::string& path, std::string* file_sha256) {
+  const store::ModelFile model = store::read_model(path, file_sha256);
+  auto s = std::make_unique<State>();
+  const std::string file = path == "-" ? "<stdin>" : path;
+  s->file = file;
+  if (model.kind != "denoiser") refuse({file, 0, {}}, "a model of kind '" + model.kind + "', expected a denoiser", "train-denoiser makes one");
+  const auto config = nlohmann::json::parse(model.config, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 32; }, false);
+  NetworkConfig network;
+  try {
+    network = network_config_from_json(config.is_object() && config.contains("network") ? config["network"] : nlohmann::json());
+  } catch (const Error& e) {
+    throw e.in_file(file);
+  }
+  s->rate = config.contains("frame_rate_hz") && config["frame_rate_hz"].is_number() ? config["frame_rate_hz"].get<double>() : 0;
+  if (!(std::isfinite(s->rate) && s->rate > 0)) refuse({file, 0, "config"}, "no frame_rate_hz above 0, expected that of the training data");
+  s->skeleton = model.skeleton;
+  if (!s->skeleton || s->skeleton->joint_count() - 1 != network.joints) refuse({file, 0, "skeleton"}, "another number of joints than the network's");
+  const auto finite = [](float v) { return std::isfinite(v); };
+  const auto columns = static_cast<std::size_t>(network.columns());
+  if (model.mean.size() != columns || model.deviation.size() != columns) refuse({file, 0, "normalization"}, fmt::format("{} means and {} deviations, expected {}", model.mean.size(), model.deviation.size(), columns));
+  if (!std::all_of(model.mean.begin(), model.mean.end(), finite) || !std::all_of(model.deviation.begin(), model.deviation.end(), [&](float v) { return finite(v) && v > 0; }))
+    refuse({file, 0, "normalization"}, "a mean that is not finite or a deviation that is not above 0");
+  std::int64_t stored = 0;
+  for (const auto& [name, tensor] : model.weights) {
+    stored += static_cast<std::int64_t>(tensor.values.size());
+    if (!std::all_of(tensor.values.begin(), tensor.values.end(), finite)) refuse({file, 0, "weights/" + name}, "a value that is not finite");
+  }
+  // Before a network of these sizes is built: a few numbers in a small file must not ask for all memory.
+  if (stored != network.parameter_count()) refuse({file, 0, "weights"}, fmt::format("{} values, expected the {} of the network in config", stored, network.parameter_count()));
+  s->network = std::make_unique<Network>(network);
+  train::load_weights(nn::parameters_by_path(*s->network), model.weights, file);
+  s->mean = model.mean;
+  s->deviation = model.deviation;
+  return std::unique_ptr<Denoiser>(new Denoiser(std::move(s)));
+}
+
+Clip Denoiser::apply(const Clip& clip) const {
+  const State& s = *state_;
+  const Where where{{}, 0, "clip " + clip.name};
+  if (!clip.skeleton || (clip.skeleton != s.skeleton && !clip.skeleton->same_as(*s.skeleton, 1e-5)))
+    refuse(where, "another skeleton than the denoiser's, expected the one it was trained on (" + s.file + ")", "canonicalize brings motion to one body");
+  if (std::abs(clip.frame_rate_hz - s.rate) > 1e-9 * s.rate)
+    refuse(where, fmt::format("{} Hz, expected the {} Hz that the denoiser {} was trained at", clip.frame_rate_hz, s.rate, s.file), "canonicalize --fps brings motion to one rate");
+  FeatureMatrix x = features::encode_motion_cell(clip, features::RotationRepresentation::quaternion);
+  if (!x.allFinite()) refuse(where, "features that are not finite, expected motion of finite numbers");
+
+  const torch::NoGradGuard no_grad;
+  const std::int64_t frames = x.rows(), columns = x.cols();
+  torch::Tensor standard = torch::empty({frames, columns}, torch::kFloat32);
+  float* p = standard.data_ptr<float>();
+  for (Eigen::Index t = 0; t < frames; ++t)
+    for (Eigen::Index c = 0; c < columns; ++c) *p++ = static_cast<float>((x(t, c) - s.mean[static_cast<std::size_t>(c)]) / s.deviation[static_cast<std::size_t>(c)]);
+  for (std::int64_t first = 0; first < frames; first += kPart) {
+    const std::int64_t count = std::min(kPart, frames - first);
+    const torch::Tensor in = with_edges(standard, first, count).unsqueeze(0);
+    // The change alone is taken from float: what the network leaves alone stays as exact as it was.
+    const torch::Tensor change = (s.network->forward(in) - in).squeeze(0).narrow(0, kReach, count).contiguous();
+    const float* d = change.data_ptr<float>();
+    for (std::int64_t t = 0; t < count; ++t)
+      for (std::int64_t c = 0; c < columns; ++c) x(first + t, c) += static_cast<double>(*d++) * s.deviation[static_cast<std::size_t>(c)];
+  }
+  if (!x.allFinite()) refuse(where, "the denoiser gives numbers that are not finite, expected motion like what it was trained on");
+
+  Clip out = clip;
+  const Clip free = features::decode_motion_cell(x, clip.skeleton, clip.frame_rate_hz, features::RotationRepresentation::quaternion);
+  out.rotations = free.rotations;
+  const auto joints = static_cast<std::size_t>(clip.joints());
+  const auto n = static_cast<std::size_t>(frames);
+  const Eigen::Index root = columns - features::kRootValues;
+  const double deviation = kPathSeconds * clip.frame_rate_hz;
+  // Yaw of the root before, continuous, and as the denoised rates add up to.
+  std::vector<double> lag(n);
+  double heading = yaw_of(clip.rotations[0]), measured = heading;
+  std::vector<double> headings(n);
+  for (std::size_t t = 0; t < n; ++t) {
+    if (t > 0) {
+      measured += wrap_angle(yaw_of(clip.rotations[t * joints]) - yaw_of(clip.rotations[(t - 1) * joints]));
+      heading += x(static_cast<Eigen::Index>(t - 1), root + 3) / clip.frame_rate_hz;
+    }
+    headings[t] = heading;
+    lag[t] = measured - heading;
+  }
+  const auto turn = smoothed(lag, deviation, 0.0);
+  std::vector<Vector2> place(n), behind(n);
+  Vector2 at = clip.root_position[0].head<2>();
+  for (std::size_t t = 0; t < n; ++t) {
+    headings[t] += turn[t];
+    place[t] = at;
+    behind[t] = clip.root_position[t].head<2>() - at;
+    const auto i = static_cast<Eigen::Index>(t);
+    at += (yaw_rotation(headings[t]) * Vector3(x(i, root), x(i, root + 1), 0)).head<2>() / clip.frame_rate_hz;
+  }
+  const auto follow = smoothed(behind, deviation, Vector2(Vector2::Zero()));
+  for (std::size_t t = 0; t < n; ++t) {
+    const auto i = static_cast<Eigen::Index>(t);
+    out.rotations[t * joints] = yaw_rotation(headings[t]) * exp_map(Vector3(x(i, root + 4), x(i, root + 5), 0));
+    const Vector2 xy = place[t] + follow[t];
+    out.root_position[t] = Vector3(xy.x(), xy.y(), x(i, root + 2));
+  }
+  make_sign_continuous(out);
+  return out;
+}
+
+std::vector<JointChange> changes(const Clip& before, const Clip& after) {
+  const auto joints = static_cast<std::size_t>(before.joints());
+  const std::size_t frames = before.frames();
+  if (after.frames() != frames || static_cast<std::size_t>(after.joints()) != joints) throw Error(Exit::internal, {}, "clips of different sizes cannot be compared");
+  std::vector<JointChange> out(joints);
+  std::vector<double> peak_after(joints, 0);
+  Pose a, b, last_a, last_b;
+  for (std::size_t t = 0; t < frames; ++t) {
+    world_pose(before, t, a);
+    world_pose(after, t, b);
+    for (std::size_t j = 0; j < joints; ++j) {
+      JointChange& c = out[j];
+      const double deg = geodesic_distance(before.rotations[t * joints + j], after.rotations[t * joints + j]) * 180 / std::numbers::pi;
+      const double mm = 1000 * (a.positions[j] - b.positions[j]).norm();
+      c.mean_deg += deg / static_cast<double>(frames);
+      c.mean_mm += mm / static_cast<double>(frames);
+      if (deg > c.worst_deg) c.worst_deg = deg, c.worst_deg_frame = t;
+      if (mm > c.worst_mm) c.worst_mm = mm, c.worst_mm_frame = t;
+      if (t > 0) {
+        c.peak_speed_mps = std::max(c.peak_speed_mps, (a.positions[j] - last_a.positions[j]).norm() * before.frame_rate_hz);
+        peak_after[j] = std::max(peak_after[j], (b.positions[j] - last_b.positions[j]).norm() * before.frame_rate_hz);
+      }
+    }
+    last_a = a;
+    last_b = b;
+  }
+  for (std::size_t j = 0; j < joints; ++j) out[j].peak_speed_kept = out[j].peak_speed_mps > 0 ? peak_after[j] / out[j].peak_speed_mps : 1;
+  return out;
+}
+
+}  // namespace mocap::denoiser

@@ -1,0 +1,94 @@
+#!/usr/bin/env python3
+"""Motion with known truth before and after denoising, beside a Savitzky-Golay filter of rotations and root positions.
+
+    denoising-figures.py CLEAN.h5 NOISY.h5 [DENOISED.h5 ...]
+
+For each archive (clips of equal names and lengths as CLEAN's), means over all clips:
+  mm     distance of the joints in the world to the truth, after the turn about Z and the shift that fit a clip best (canonicalize starts each
+         clip by its own first frame, which is noisy); mm_root: of the root alone; mm_pose: of joints from their own root, in its heading
+  jerk   third difference of joint positions times rate cubed, m/s^3
+  skate  m/s: horizontal speed of ankles and toe bases while under 0.06 m in both frames (fid-eval's skate_mps takes the lowest joints alike)
+  peak   99.9 % quantile of joint speeds, share of the truth's
+Needs h5py, NumPy, SciPy.
+"""
+import sys
+
+import h5py
+import numpy as np
+from scipy.signal import savgol_filter
+
+
+def rotate(q, v):
+    w, u = q[..., :1], q[..., 1:]
+    return v + 2 * np.cross(u, np.cross(u, v) + w * v)
+
+
+def product(a, b):
+    aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
+    return np.concatenate([aw * bw - (av * bv).sum(-1, keepdims=True), aw * bv + bw * av + np.cross(av, bv)], -1)
+
+
+class Archive:
+    def __init__(self, path):
+        f = h5py.File(path)
+        names = [n.decode() if isinstance(n, bytes) else n for n in f["clips/name"][()]]
+        self.rate = float(f.attrs.get("frame_rate_hz", 30))
+        self.parents, self.offsets = f["skeleton/parents"][()], f["skeleton/rest_offsets"][()].astype(float)
+        self.joints = [n.decode() for n in f["skeleton/joint_names"][()]]
+        rotations, positions = f["frames/rotations"][()].astype(float), f["frames/root_position"][()].astype(float)
+        self.clips = {n: (rotations[s:s + k], positions[s:s + k]) for n, s, k in zip(names, f["clips/start"][()], f["clips/length"][()])}
+
+    def positions(self, rotations, root):
+        world, out = [], []
+        for j, p in enumerate(self.parents):
+            world.append(rotations[:, j] if p < 0 else product(world[p], rotations[:, j]))
+            out.append(root if p < 0 else out[p] + rotate(world[p], np.broadcast_to(self.offsets[j], root.shape)))
+        return np.stack(out, 1)
+
+
+def smoothed(clip, window):
+    q, p = (savgol_filter(x, window, 3, axis=0) for x in clip)
+    return q / np.linalg.norm(q, axis=-1, keepdims=True), p
+
+
+def heading_free(x, q):
+    psi = 2 * np.arctan2(q[:, 0, 3], q[:, 0, 0])
+    c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]
+    d = x - x[:, :1]
+    return np.stack([c * d[..., 0] + s * d[..., 1], -s * d[..., 0] + c * d[..., 1], d[..., 2]], -1)
+
+
+def aligned(x, y):
+    """x turned about Z and shifted so that all its joints lie nearest to those of y."""
+    a, b = x[..., :2] - x[..., :2].mean((0, 1)), y[..., :2] - y[..., :2].mean((0, 1))
+    turn = np.arctan2((a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]).sum(), (a * b).sum())
+    c, s = np.cos(turn), np.sin(turn)
+    ground = np.stack([c * a[..., 0] - s * a[..., 1], s * a[..., 0] + c * a[..., 1]], -1) + y[..., :2].mean((0, 1))
+    return np.concatenate([ground, x[..., 2:]], -1)
+
+
+def figures(archive, clips, truth):
+    feet = [i for i, n in enumerate(archive.joints) if n.lower().endswith(("foot", "toe", "toes", "toebase", "ankle"))]
+    rows = []
+    for name, clip in clips.items():
+        x, y = archive.positions(*clip), archive.positions(*truth[name])
+        d = np.linalg.norm(aligned(x, y) - y, axis=-1)
+        speed = lambda z: np.quantile(np.linalg.norm(np.diff(z, axis=0), axis=-1), 0.999)
+        f = x[:, feet]
+        low = (f[1:, :, 2] < 0.06) & (f[:-1, :, 2] < 0.06)
+        slide = np.linalg.norm(np.diff(f[..., :2], axis=0), axis=-1) * archive.rate
+        jerk = np.linalg.norm(np.diff(x, 3, axis=0), axis=-1).mean() * archive.rate ** 3
+        pose = np.linalg.norm(heading_free(x, clip[0]) - heading_free(y, truth[name][0]), axis=-1)
+        rows.append([1000 * d.mean(), 1000 * d[:, 0].mean(), 1000 * pose.mean(), jerk, slide[low].mean() if low.any() else np.nan, 100 * speed(x) / speed(y)])
+    return np.nanmean(rows, 0)
+
+
+clean, noisy = Archive(sys.argv[1]), Archive(sys.argv[2])
+print("%-28s%9s%9s%9s%9s%9s%9s" % ("", "mm", "mm_root", "mm_pose", "jerk", "skate", "peak %"))
+show = lambda name, clips: print("%-28s%9.2f%9.2f%9.2f%9.0f%9.3f%9.1f" % (name, *figures(clean, clips, clean.clips)))
+show("truth", clean.clips)
+show("noisy", noisy.clips)
+for window in (5, 7, 9, 11):
+    show("Savitzky-Golay, %d frames" % window, {n: smoothed(c, window) for n, c in noisy.clips.items()})
+for path in sys.argv[3:]:
+    show(path, Archive(path).clips)
