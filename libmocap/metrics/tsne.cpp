@@ -83,7 +83,7 @@ struct Pull {
 // One pass suffices as the sum of all w, which q needs, can be divided by afterwards.
 [[gnu::always_inline]] inline Pull pull_on(Eigen::Index n, const double* p, const double* x, const double* y, double xi, double yi) {
   constexpr Eigen::Index kLanes = 8;
-  typedef double Lanes __attribute__((vector_size(kLanes * sizeof(double)), aligned(8)));
+  typedef double Lanes __attribute__((vector_size(kLanes * sizeof(double)), aligned(8), may_alias));
   Lanes ax{}, ay{}, rx{}, ry{}, z{};
   const Eigen::Index whole = n / kLanes * kLanes;
   for (Eigen::Index j = 0; j < whole; j += kLanes) {
@@ -137,10 +137,16 @@ Eigen::MatrixXd start(const Eigen::MatrixXd& features, const TsneOptions& option
       for (Eigen::Index k = 0; k < 2; ++k) y(i, k) = random.normal(0, 1e-4);
     return y;
   }
-  y.setZero();
   const int axes = static_cast<int>(std::min<Eigen::Index>(2, features.cols()));
-  y.leftCols(axes) = project(fit_pca(features, axes), features);
-  return y * (1e-4 / std::sqrt((y.col(0).array() - y.col(0).mean()).square().mean()));
+  const Pca pca = fit_pca(features, axes);
+  y.leftCols(axes) = project(pca, features);
+  y *= 1e-4 / std::sqrt((y.col(0).array() - y.col(0).mean()).square().mean());
+  // On one line clips cannot pass each other, ever: a little breadth lets them.
+  if (axes == 1 || !(pca.variance[1] > 1e-20 * pca.variance[0])) {
+    Random random(options.seed, 0x75f);
+    for (Eigen::Index i = 0; i < y.rows(); ++i) y(i, 1) = random.normal(0, 1e-5);
+  }
+  return y;
 }
 
 }  // namespace

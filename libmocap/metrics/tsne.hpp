@@ -22,7 +22,8 @@ struct TsneOptions {
   int iterations = 1000, exaggerated = 250;
   double exaggeration = 12;
   double learning_rate = 0;   // 0: max(N / exaggeration / 4, 50)
-  bool random_start = false;  // false: the first two principal axes, the first brought to a deviation of 1e-4; true: normal, of 1e-4, from `seed`
+  bool random_start = false;  // false: the first two principal axes, the first brought to a deviation of 1e-4; true: normal, of 1e-4, from `seed`.
+                              // Where there is no second axis, that coordinate is normal, of 1e-5
   std::uint64_t seed = 1;
   int threads = 1;
   std::function<void(int)> progress{};  // called with the number of iterations done
