@@ -158,6 +158,16 @@ void Canvas::disc(const Vector2& centre, double radius, const Color& color) {
   cairo_fill(state_->cairo);
 }
 
+void Canvas::ring(const Vector2& centre, double radius, const Color& color, double line_width) {
+  state_->color(color);
+  cairo_set_line_width(state_->cairo, line_width);
+  cairo_set_dash(state_->cairo, nullptr, 0, 0);
+  cairo_new_path(state_->cairo);
+  cairo_arc(state_->cairo, centre.x(), centre.y(), radius, 0, 2 * std::numbers::pi);
+  cairo_close_path(state_->cairo);
+  cairo_stroke(state_->cairo);
+}
+
 void Canvas::rectangle(const Vector2& corner, const Vector2& size, const Color& color) {
   state_->color(color);
   cairo_rectangle(state_->cairo, corner.x(), corner.y(), size.x(), size.y());

@@ -40,6 +40,7 @@ class Canvas {
   void polyline(const std::vector<Vector2>& points, const Color& color, double line_width, double dash = 0);
   void line(const Vector2& a, const Vector2& b, const Color& color, double line_width);
   void disc(const Vector2& centre, double radius, const Color& color);
+  void ring(const Vector2& centre, double radius, const Color& color, double line_width);
   void rectangle(const Vector2& corner, const Vector2& size, const Color& color);
 
   // Baseline at `at`. Bytes that are no UTF-8 and control characters appear as '?'.
