@@ -8,7 +8,6 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/random.hpp"
-#include "libmodels/nn/losses.hpp"
 #include "libmodels/nn/mlp.hpp"
 #include "libmodels/nn/sharded.hpp"
 
@@ -114,14 +113,8 @@ MotionCellTraining::MotionCellTraining(MotionCellConfig network, TrainingConfig 
   config_.validate(network.word_length);
   if (network.rotation_values != 4) refuse_usage("only the quaternion representation can be trained so far");
   cell_ = std::make_unique<MotionCell>(network, config_.seed);
-  const auto tensor = [](const std::vector<float>& v) { return torch::tensor(v, torch::kFloat32); };
-  mean_ = tensor(data.mean());
-  deviation_ = tensor(data.deviation());
-  alpha_ = nn::joint_weights(*data.header().skeleton, config_.joint_weight_floor);
-  const double heaviest = alpha_.max().item<double>();
-  alpha_ = alpha_.narrow(0, 1, network.joints).contiguous();  // the root's rotation is among the six root values
-  root_weights_ = torch::full({network.root_values}, config_.root_weight, torch::kFloat32);
-  root_weights_.narrow(0, 4, 2).fill_(heaviest);
+  objective_ = std::make_unique<objective::MotionObjective>(
+      objective::ObjectiveConfig{config_.root_weight, config_.unit_norm_weight, config_.velocity_weight, config_.joint_weight_floor}, data);
   padding_ = train::identity_padding(data.layout(), data.mean(), data.deviation());
 }
 
@@ -192,33 +185,10 @@ void MotionCellTraining::prepare(std::int64_t step) {
 MotionCellTraining::Parts MotionCellTraining::objective(const train::Batch& batch, const CellInput& input, const Weights& w, std::shared_ptr<const PackedCell> packed) const {
   const auto& network = cell_->config();
   const CellOutput out = cell_->forward(input, std::move(packed));
-  const std::int64_t b = batch.features.size(0), t = batch.features.size(1), rotations = static_cast<std::int64_t>(network.joints) * network.rotation_values;
-  const auto quaternions = [&](const torch::Tensor& standardised) {
-    return (standardised.narrow(2, 0, rotations) * deviation_.narrow(0, 0, rotations) + mean_.narrow(0, 0, rotations)).view({b, t, network.joints, 4});
-  };
-  const torch::Tensor q = quaternions(out.y), target = quaternions(batch.features);
-  const torch::Tensor angle = nn::geodesic_distance(q, target);  // (B, T, J)
-  const torch::Tensor rotation = torch::matmul(angle, alpha_);
-  const torch::Tensor norm = nn::unit_norm_penalty(q).sum(-1);
-  const torch::Tensor root = torch::matmul((out.y.narrow(2, rotations, network.root_values) - batch.features.narrow(2, rotations, network.root_values)).square(), root_weights_);
-  torch::Tensor frame_loss = rotation + config_.unit_norm_weight * norm + root;
-  double velocity_sum = 0;
-  if (config_.velocity_weight > 0 && t > 1) {
-    const torch::Tensor unit = nn::normalize_quaternions(q);
-    const torch::Tensor side = torch::where((unit.detach() * target).sum(-1, true) < 0, torch::full({}, -1.0f), torch::full({}, 1.0f));
-    const torch::Tensor error = unit * side - target;
-    const torch::Tensor change = error.narrow(1, 1, t - 1) - error.narrow(1, 0, t - 1);
-    // |Delta q| is half an angle: twice it weighs like the distances above. The small constant keeps the slope finite.
-    const torch::Tensor velocity = torch::matmul(2 * (change.square().sum(-1) + 1e-8).sqrt(), alpha_) * batch.mask.narrow(1, 1, t - 1);
-    frame_loss = torch::cat({frame_loss.narrow(1, 0, 1), frame_loss.narrow(1, 1, t - 1) + config_.velocity_weight * velocity}, 1);
-    velocity_sum = velocity.detach().sum().item<double>();
-  }
-  const torch::Tensor kl = (out.kl * word_mask(batch.mask, network.word_length)).sum();
   Parts parts;
-  parts.loss = config_.reconstruction_scale * (frame_loss * batch.mask).sum() + w.kl * kl;
-  parts.angle = (angle.detach().mean(-1) * batch.mask).sum().item<double>();
-  parts.root = (root.detach() * batch.mask).sum().item<double>();
-  parts.velocity = velocity_sum;
+  const torch::Tensor frames = (*objective_)(out.y, batch, parts.figures);
+  const torch::Tensor kl = (out.kl * word_mask(batch.mask, network.word_length)).sum();
+  parts.loss = config_.reconstruction_scale * frames.sum() + w.kl * kl;
   parts.kl = kl.item<double>();
   return parts;
 }
@@ -244,9 +214,9 @@ torch::Tensor MotionCellTraining::shard_loss(int shard, train::LossTerms& terms)
   const Parts parts = objective(part, input, w, packed_);
   const double frames = std::max(1.0, real_frames_);
   terms = {{"loss_per_word", parts.loss.item<double>() / std::max(1.0, real_words_)},
-           {"rotation_deg", parts.angle / frames * 180 / std::numbers::pi},
-           {"root", parts.root / frames},
-           {"velocity", parts.velocity / frames},
+           {"rotation_deg", parts.figures.angle / frames * 180 / std::numbers::pi},
+           {"root", parts.figures.root / frames},
+           {"velocity", parts.figures.velocity / frames},
            {"kl_nats_per_word", parts.kl / std::max(1.0, real_words_)},
            {"kl_weight", w.kl / config_.shards},
            {"own_output", w.own_output / config_.shards}};

@@ -1,13 +1,7 @@
 // Training the Motion Cell: objective, schedules and batches (Ghorbani et al. 2020, sections 3.5 and 4.2).
 //
 //   L = (1/B) sum_b sum_n [ S L_rec(n) + lambda_KL KL_n ],   eq. 14 and 15 with the classifier term left out so far
-//   L_rec(n) = sum over the word's frames of
-//       sum_k alpha_k d1(q_k, q~_k)                          eq. 17 and 22; alpha_k by eq. 23, metres
-//     + c_norm sum_k | |q~_k|^2 - 1 |                        eq. 26
-//     + sum_r w_r (x_r - x~_r)^2                             root values, standardised
-//     + c_v sum_k alpha_k 2 |Delta q_k - Delta q~_k|         change from frame to frame, across words too (|Delta q| is half an angle)
-// The paper gives the six root values no loss and the last term does not exist there: w_r = root_weight for velocities,
-// height and yaw rate, and the weight of the heaviest joint for the two tilts; c_v is 0 in the preset `paper`. S weighs
+//   L_rec(n) = sum over the word's frames of libmodels/objective; the velocity term's weight is 0 in the preset `paper`. S weighs
 // reconstruction against a KL weight of 1; the paper's own scale is lost with its supplement's figure. Sums over words
 // and joints, mean over the batch; frames past the end of a clip are masked out of every term.
 #pragma once
@@ -18,6 +12,7 @@
 #include <vector>
 
 #include "libmodels/motion_cell/network.hpp"
+#include "libmodels/objective/motion_objective.hpp"
 #include "libmodels/train/dataset.hpp"
 #include "libmodels/train/schedule.hpp"
 #include "libmodels/train/trainable.hpp"
@@ -85,7 +80,8 @@ class MotionCellTraining final : public train::Trainable {
   };
   struct Parts {  // sums over a batch, not yet divided
     torch::Tensor loss;
-    double angle, root, velocity, kl;
+    objective::Figures figures;
+    double kl;
   };
   bool pretraining(std::int64_t step) const { return step < config_.pretraining.steps; }
   Weights weights(std::int64_t step) const;
@@ -95,7 +91,8 @@ class MotionCellTraining final : public train::Trainable {
   const train::MotionDataset& data_;
   const train::MotionDataset* validation_;
   std::unique_ptr<MotionCell> cell_;
-  torch::Tensor mean_, deviation_, alpha_, root_weights_, padding_;
+  std::unique_ptr<objective::MotionObjective> objective_;
+  torch::Tensor padding_;
 
   // Of the step in hand.
   std::int64_t step_ = 0;
