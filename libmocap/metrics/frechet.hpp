@@ -3,7 +3,8 @@
 //   d^2 = |m1 - m2|^2 + tr S1 + tr S2 - 2 tr sqrt(S1^1/2 S2 S1^1/2),   m mean, S covariance (n - 1)
 //
 // The matrix under the root is symmetric, so the trace is the sum of the roots of its eigenvalues: no complex numbers and no
-// matrix square root that fails (S1 S2, which is what most programs take the root of, has the same eigenvalues).
+// matrix square root that fails (S1 S2, which is what most programs take the root of, has the same eigenvalues, and so has L^T S2 L with S1 = L L^T,
+// which takes no eigenvectors).
 // Features are [N,d], one row a clip.
 #pragma once
 #include <Eigen/Core>
