@@ -29,7 +29,8 @@ double inception_bound(long classes, long n);
 Eigen::MatrixXd joint_posteriors(const std::vector<Eigen::MatrixXd>& attributes);
 
 // Kernel inception distance (Binkowski et al. 2018): the unbiased squared MMD with the kernel (x.y/d + 1)^3, over `subsets` pairs
-// of subsets of min(subset, N of either set) rows drawn without replacement. May be below 0.
+// of subsets of min(subset, N of either set) rows drawn without replacement. May be below 0, and is somewhat where both sets hold their classes in the same shares: the
+// formula takes rows for independent draws, and leaves a row out within its own set but not its like in the other.
 //   MMD^2 = sum_{i!=j} k(x_i,x_j) / (m (m-1)) + sum_{i!=j} k(y_i,y_j) / (m (m-1)) - 2 sum_{i,j} k(x_i,y_j) / m^2
 struct KidOptions {
   int subsets = 100, subset = 1000;
