@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <memory>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
@@ -115,7 +116,12 @@ class FidEval final : public cli::Tool {
       for (const auto& used : entry.inputs)
         if (used.sha256 == sets.real.sha256) log::warn("{} was made with {} ({}): its clips are no test", sets.generated.path, sets.real.path, entry.tool);
     std::vector<std::unique_ptr<classifier::Classifier>> judges;
-    for (const auto& path : classifiers_) judges.push_back(load_judge(path, sets));
+    for (const auto& path : classifiers_) {
+      auto judge = load_judge(path, sets);
+      for (const auto& other : judges)
+        if (other->attribute() == judge->attribute()) refuse({path, 0, {}}, "a second classifier of " + judge->attribute() + ", expected one for each attribute", "judge by each alone and compare the tables");
+      judges.push_back(std::move(judge));
+    }
     for (Set* set : sets.all())
       for (const auto& judge : judges) evaluation::add_labels(*set, judge->attribute(), judge->classes());
     evaluation::cut_to_same_lengths(sets, static_cast<std::size_t>(frames_));

@@ -40,6 +40,7 @@ class Evaluation {
  private:
   // Rows of each repeat: class by class, so that all repeats have all classes.
   void deal() {
+    if (o_.repeats < 1) refuse_usage(fmt::format("{} repeats, expected at least one", o_.repeats));
     const std::size_t n = std::max(generated_.size(), generated_.clips.size());  // without a classifier there are only clips
     if (o_.repeats == 1) {
       parts_ = {all_rows(n)};

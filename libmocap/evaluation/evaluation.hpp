@@ -23,7 +23,9 @@ struct Options {
 
 // Figures of features where the sets have features (FID, KID, precision and recall, diversity; by class, those within a class; of posteriors, IS and accuracy), and figures
 // of clips where they have clips. Views of all sets are in the same order. What would give a figure that lies is refused (Error(data), with the set's file); a floor that
-// takes more clips is NaN, with a warning.
+// takes more clips is NaN, with a warning. Intervals of rows, at one repeat: the bootstrap over generated clips (FID, IS, figures of clips), the jackknife (KID and the figures of
+// pairs, with Compat::none), Wilson's (shares); real clips are held fixed. KID is of features standardised by the real clips, as published with another compat.
+// Report::compat stays "none": its name is the caller's to fill in.
 Report evaluate(const Sets& sets, const Options& options);
 
 }  // namespace mocap::evaluation

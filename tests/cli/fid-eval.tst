@@ -112,6 +112,7 @@
 3 ~a\.h5:.this.classifier.was.trained.on fid-eval g.h5 --real t.h5 --classifier a.h5
 3 ~a\.h5:.this.classifier.took.part.in.training.the.generator fid-eval pleases.h5 --real r.h5 --classifier a.h5
 0 . fid-eval pleases.h5 --real r.h5 --classifier s.h5
+3 ~a\.h5:.a.second.classifier.of.action fid-eval g.h5 --real r.h5 --classifier a.h5 --classifier a.h5
 3 ~dancing.*expected.one.of.the.classifier fid-eval dancing.h5 --real r.h5 --classifier a.h5
 3 ~class.jogging.has.0.clips fid-eval walks.h5 --real r.h5 --classifier a.h5
 3 ~more.clips.than.features fid-eval walks.h5 --real real-walks.h5 --classifier a.h5

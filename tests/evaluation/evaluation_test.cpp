@@ -85,6 +85,9 @@ TEST(Evaluation, ReducesByTheTrainingClipsAndNamesWhatItRefuses) {
     EXPECT_NE(std::string(e.what()).find("class b has 0 clips"), std::string::npos) << e.what();
     EXPECT_NE(std::string(e.what()).find("real.npz"), std::string::npos) << e.what();
   }
+  Options none;
+  none.repeats = 0;
+  EXPECT_THROW(evaluate({features("g", 60, 0, 2), features("r", 60, 0, 1), {}}, none), Error);
   const Groups unlabelled = [] {
     Sets s{features("g", 4, 0, 2), features("r", 4, 0, 1), {}};
     s.real.views[0].labels.clear();
