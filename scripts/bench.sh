@@ -17,6 +17,34 @@ fi
 # Parsing, and folder to archive on one core and two: CMU where the real-data test has unpacked it, a corpus otherwise.
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+if /usr/bin/python3 -c 'import scipy' 2> /dev/null; then
+  echo "== Frechet distance of the same features, against NumPy and SciPy on as many threads (best of 5 medians of 3; sqrtm once)"
+  "$build/bin/bench_frechet" "$work" | tee "$work/frechet"
+  OPENBLAS_NUM_THREADS=2 /usr/bin/python3 - "$work" << 'END' | tee -a "$work/frechet"
+import statistics, sys, time
+import numpy as np
+from scipy import linalg
+a, b = [np.fromfile("%s/%s.f64" % (sys.argv[1], k)).reshape(8000, 512) for k in "ab"]
+def distance(root):
+    m, n, s, t = a.mean(0), b.mean(0), np.cov(a, rowvar=False), np.cov(b, rowvar=False)
+    return (m - n) @ (m - n) + np.trace(s) + np.trace(t) - 2 * root(s, t)
+def eigh(s, t):
+    w, v = linalg.eigh(s)
+    r = (v * np.sqrt(np.maximum(w, 0))) @ v.T
+    return np.sqrt(np.maximum(linalg.eigvalsh(r @ t @ r), 0)).sum()
+for name, root in ("SciPy eigh", eigh), ("SciPy sqrtm", lambda s, t: np.trace(linalg.sqrtm(s @ t).real)):
+    best = 1e9
+    for _ in range(5 if root is eigh else 1):
+        times = []
+        for _ in range(3 if root is eigh else 1):
+            begin = time.perf_counter()
+            found = distance(root)
+            times.append(time.perf_counter() - begin)
+        best = min(best, statistics.median(times))
+    print("%-52s %.3f s wall, distance %.12g" % (name, best, found))
+END
+  awk '/^Frechet/ { for (i = 1; i <= NF; i++) if ($i == "s" && !ours) ours = $(i - 1) } /^SciPy/ { printf "against %s %s: %.2f of its time\n", $1, $2, ours / $3 }' "$work/frechet"
+fi
 data=$build/real-data/cmu/bvh
 if [ -d "$data" ]; then
   echo "== bench_parsing, CMU"

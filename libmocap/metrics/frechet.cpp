@@ -86,14 +86,18 @@ Gaussian gaussian(const Eigen::MatrixXd& features, const std::vector<int>& count
 
 double frechet_distance(const Gaussian& a, const Gaussian& b) {
   check_pair(a, b);
+  const auto distance = [&](const Eigen::VectorXd& squares) {
+    return std::max(0.0, (a.mean - b.mean).squaredNorm() + a.covariance.trace() + b.covariance.trace() - 2 * squares.cwiseMax(0.0).cwiseSqrt().sum());
+  };
+  if (const Eigen::VectorXd values = product_eigenvalues(a.covariance, b.covariance); values.size() > 0) return distance(values);
+  // A column that never varies: no Cholesky factor, but a root.
   const SymmetricEigen e = symmetric_eigen(a.covariance, true);
   const Eigen::VectorXd root1 = e.values.cwiseMax(0.0).cwiseSqrt();
   // With S1^1/2 = V D V^T the eigenvalues of D (V^T S2 V) D are those of S1^1/2 S2 S1^1/2, for one product fewer.
   Eigen::MatrixXd m = product(Eigen::MatrixXd(e.vectors.transpose()), product(b.covariance, e.vectors));
   m = root1.asDiagonal() * m * root1.asDiagonal();
   m = (m + m.transpose().eval()) / 2;
-  const double root = symmetric_eigen(m, false).values.cwiseMax(0.0).cwiseSqrt().sum();
-  return std::max(0.0, (a.mean - b.mean).squaredNorm() + a.covariance.trace() + b.covariance.trace() - 2 * root);
+  return distance(symmetric_eigen(m, false).values);
 }
 
 double frechet_distance(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, int threads) {

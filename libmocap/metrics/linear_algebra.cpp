@@ -14,6 +14,8 @@ void dsyrk_(const char*, const char*, const int*, const int*, const double*, con
 void dgemm_(const char*, const char*, const int*, const int*, const int*, const double*, const double*, const int*, const double*, const int*, const double*, double*, const int*);
 void sgemm_(const char*, const char*, const int*, const int*, const int*, const float*, const float*, const int*, const float*, const int*, const float*, float*, const int*);
 void dsyevd_(const char*, const char*, const int*, double*, const int*, double*, double*, const int*, int*, const int*, int*);
+void dpotrf_(const char*, const int*, double*, const int*, int*);
+void dsygst_(const int*, const char*, const int*, double*, const int*, const double*, const int*, int*);
 void dgees_(const char*, const char*, int (*)(const double*, const double*), const int*, double*, const int*, int*, double*, double*, double*, const int*, double*, const int*, int*, int*);
 void zgees_(const char*, const char*, int (*)(const std::complex<double>*), const int*, std::complex<double>*, const int*, int*, std::complex<double>*, std::complex<double>*, const int*,
             std::complex<double>*, const int*, double*, int*, int*);
@@ -94,6 +96,20 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& a, bool vectors) {
   if (info != 0) throw Error(Exit::internal, {}, "eigenvalues of a symmetric matrix did not converge (dsyevd " + std::to_string(info) + "), expected finite values");
   if (!vectors) out.vectors.resize(0, 0);
   return out;
+}
+
+Eigen::VectorXd product_eigenvalues(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  use_one_blas_thread();
+  const int n = size_of(a.rows()), second_kind = 2;
+  int info = 0;
+  Eigen::MatrixXd l = a, m = b;
+  if (n == 0) return {};
+  dpotrf_("L", &n, l.data(), &n, &info);
+  if (info != 0) return {};
+  dsygst_(&second_kind, "L", &n, m.data(), &n, l.data(), &n, &info);  // the lower triangle of L^T b L
+  if (info != 0) throw Error(Exit::internal, {}, "a product with a Cholesky factor failed (dsygst " + std::to_string(info) + "), expected matrices of one size");
+  m.triangularView<Eigen::StrictlyUpper>() = m.transpose();
+  return symmetric_eigen(m, false).values;
 }
 
 Schur schur(const Eigen::MatrixXd& a) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "libmocap/base/error.hpp"
@@ -144,6 +145,60 @@ double pair_distance(const Eigen::MatrixXd& x, const std::vector<std::size_t>& r
   return sum / pairs;
 }
 
+// Sums of each row's kernel or distance to all others of x.
+template <class F>
+Eigen::VectorXd sums_by_row(Eigen::Index rows, int threads, F&& block) {
+  Eigen::VectorXd out(rows);
+  parallel_for(static_cast<std::size_t>((rows + kBlock - 1) / kBlock), threads, [&](std::size_t b) {
+    const Eigen::Index first = static_cast<Eigen::Index>(b) * kBlock;
+    const Eigen::VectorXd sums = block(first, std::min(kBlock, rows - first));
+    out.segment(first, sums.size()) = sums;
+  });
+  return out;
+}
+
+double jackknife_variance(const Eigen::VectorXd& without) {
+  const double n = static_cast<double>(without.size());
+  return (n - 1) / n * (without.array() - without.mean()).square().sum();
+}
+
+// Of the mean of `pairs` random distances among the rows of x: of the clips drawn, and of the pairs.
+double pair_variance(const Eigen::MatrixXd& features, int pairs, int threads) {
+  const double n = static_cast<double>(features.rows());
+  const Eigen::MatrixXd x = features.rowwise() - features.colwise().mean();
+  const Eigen::VectorXd norm = x.rowwise().squaredNorm();
+  const Eigen::VectorXd row = sums_by_row(x.rows(), threads, [&](Eigen::Index first, Eigen::Index) -> Eigen::VectorXd {
+    Eigen::MatrixXd d = squared_distances(x, first, x, norm);
+    for (Eigen::Index i = 0; i < d.cols(); ++i) d(first + i, i) = 0;  // itself, whatever rounding left
+    return d.cwiseSqrt().colwise().sum().transpose();
+  });
+  const double mean = row.sum() / (n * (n - 1)), square = 2 * norm.sum() / (n - 1);
+  return jackknife_variance((row.sum() - 2 * row.array()) / ((n - 1) * (n - 2))) + std::max(0.0, square - mean * mean) / pairs;
+}
+
+Interval about(double value, double variance, long n, long freedom) {
+  const double half = freedom < 1 ? std::numeric_limits<double>::quiet_NaN() : t_quantile(0.975, static_cast<double>(freedom)) * std::sqrt(variance);
+  return {value, value - half, value + half, n};
+}
+
+// The variance of a mean over the classes, from that of each class.
+template <class F>
+Interval about_classes(double value, const Eigen::MatrixXd& features, const std::vector<int>& labels, const std::vector<std::string>& classes, F&& variance_of) {
+  check_features(features, 1);
+  double variance = 0;
+  long n = 0;
+  bool enough = true;
+  for (const auto& rows : rows_by_class(features, labels, classes, 2)) {
+    n += static_cast<long>(rows.size());
+    enough = enough && rows.size() > 2;
+    if (enough) variance += variance_of(rows_of(features, rows));
+  }
+  const auto count = static_cast<double>(classes.size());
+  Interval out = about(value, variance / (count * count), n, enough ? n - static_cast<long>(classes.size()) : 0);
+  out.low = std::isnan(out.low) ? out.low : std::max(0.0, out.low);
+  return out;
+}
+
 }  // namespace
 
 MeanDeviation inception_score(const Eigen::MatrixXd& posteriors, int splits, std::uint64_t seed) {
@@ -212,6 +267,21 @@ MeanDeviation kid(const Eigen::MatrixXd& generated, const Eigen::MatrixXd& real,
     values[s] = (kernel_sum(x, x, true) + kernel_sum(y, y, true)) / (count * (count - 1)) - 2 * kernel_sum(x, y, false) / (count * count);
   });
   return mean_deviation(values);
+}
+
+Standard standard_of(const Eigen::MatrixXd& real) {
+  check_features(real, 2);
+  Standard out;
+  out.mean = real.colwise().mean();
+  const Eigen::RowVectorXd deviation = ((real.rowwise() - out.mean).colwise().squaredNorm() / static_cast<double>(real.rows() - 1)).cwiseSqrt();
+  const double typical = deviation.norm() / std::sqrt(static_cast<double>(deviation.size()));
+  out.scale = typical > 0 ? Eigen::RowVectorXd(deviation.cwiseMax(0.1 * typical)) : Eigen::RowVectorXd::Ones(deviation.size());
+  return out;
+}
+
+Eigen::MatrixXd Standard::operator()(const Eigen::MatrixXd& features) const {
+  if (features.cols() != mean.size()) refuse({}, fmt::format("features of {} and of {} numbers, expected as many in both sets", features.cols(), mean.size()));
+  return (features.rowwise() - mean).array().rowwise() / scale.array();
 }
 
 PrecisionRecall precision_recall(const Eigen::MatrixXd& generated, const Eigen::MatrixXd& real, int k, int threads) {
@@ -307,6 +377,47 @@ double multimodality_a2m(const Eigen::MatrixXd& features, const std::vector<int>
     --open;
   }
   return sum / (pairs * static_cast<double>(classes.size()));
+}
+
+Interval kid_interval(const Eigen::MatrixXd& generated, const Eigen::MatrixXd& real, const MeanDeviation& found, const KidOptions& o) {
+  check_features(generated, 2);
+  check_features(real, 2);
+  if (generated.cols() != real.cols()) refuse({}, fmt::format("features of {} and of {} numbers, expected as many in both sets", generated.cols(), real.cols()));
+  use_one_blas_thread();
+  const double n = static_cast<double>(generated.rows()), d = static_cast<double>(generated.cols());
+  Eigen::VectorXd cross(generated.rows());  // mean kernel with the real clips
+  const Eigen::VectorXd own = sums_by_row(generated.rows(), o.threads, [&](Eigen::Index first, Eigen::Index count) -> Eigen::VectorXd {
+    const Eigen::MatrixXd part = generated.middleRows(first, count);
+    const auto kernel = [&](const Eigen::MatrixXd& with) { return Eigen::MatrixXd(((product_transposed(with, part) / d).array() + 1).cube()); };
+    cross.segment(first, count) = kernel(real).colwise().mean().transpose();
+    const Eigen::MatrixXd k = kernel(generated);
+    Eigen::VectorXd sums = k.colwise().sum().transpose();
+    for (Eigen::Index i = 0; i < count; ++i) sums[i] -= k(first + i, i);
+    return sums;
+  });
+  if (generated.rows() < 3) return about(found.mean, 0, generated.rows(), 0);
+  const double variance = jackknife_variance((own.sum() - 2 * own.array()) / ((n - 1) * (n - 2)) - 2 * (cross.sum() - cross.array()) / (n - 1));
+  return about(found.mean, variance + found.deviation * found.deviation / o.subsets, generated.rows(), generated.rows() - 1);
+}
+
+Interval diversity_interval(double value, const Eigen::MatrixXd& features, int pairs, int threads) {
+  check_features(features, 2);
+  if (features.rows() < 3) return about(value, 0, features.rows(), 0);
+  Interval out = about(value, pair_variance(features, pairs, threads), features.rows(), features.rows() - 1);
+  out.low = std::max(0.0, out.low);
+  return out;
+}
+
+Interval within_class_variance_interval(double value, const Eigen::MatrixXd& features, const std::vector<int>& labels, const std::vector<std::string>& classes) {
+  return about_classes(value, features, labels, classes, [](const Eigen::MatrixXd& x) {
+    const double n = static_cast<double>(x.rows());
+    const Eigen::ArrayXd square = (x.rowwise() - x.colwise().mean()).rowwise().squaredNorm();
+    return jackknife_variance((square.sum() - n / (n - 1) * square) / (n - 2));
+  });
+}
+
+Interval multimodality_interval(double value, const Eigen::MatrixXd& features, const std::vector<int>& labels, const std::vector<std::string>& classes, int pairs, int threads) {
+  return about_classes(value, features, labels, classes, [&](const Eigen::MatrixXd& x) { return pair_variance(x, pairs, threads); });
 }
 
 }  // namespace mocap::metrics

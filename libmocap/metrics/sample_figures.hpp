@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libmocap/metrics/frechet.hpp"
+#include "libmocap/metrics/intervals.hpp"
 
 namespace mocap::metrics {
 
@@ -28,7 +29,8 @@ double inception_bound(long classes, long n);
 Eigen::MatrixXd joint_posteriors(const std::vector<Eigen::MatrixXd>& attributes);
 
 // Kernel inception distance (Binkowski et al. 2018): the unbiased squared MMD with the kernel (x.y/d + 1)^3, over `subsets` pairs
-// of subsets of min(subset, N of either set) rows drawn without replacement. May be below 0.
+// of subsets of min(subset, N of either set) rows drawn without replacement. May be below 0, and is somewhat where both sets hold their classes in the same shares: the
+// formula takes rows for independent draws, and leaves a row out within its own set but not its like in the other.
 //   MMD^2 = sum_{i!=j} k(x_i,x_j) / (m (m-1)) + sum_{i!=j} k(y_i,y_j) / (m (m-1)) - 2 sum_{i,j} k(x_i,y_j) / m^2
 struct KidOptions {
   int subsets = 100, subset = 1000;
@@ -37,6 +39,15 @@ struct KidOptions {
   int threads = 1;
 };
 MeanDeviation kid(const Eigen::MatrixXd& generated, const Eigen::MatrixXd& real, const KidOptions& options);
+
+// Columns less the mean, over the deviation (ddof 1), of the real clips. The kernel above is made for features of about unit size; those of a classifier of motion are not,
+// and there its cubic term alone decides. A column that hardly varies in the real clips must not decide either: no divisor is below a tenth of the root mean square of all.
+// Where no column varies the divisor is 1. Error(data) for fewer than 2 rows.
+struct Standard {
+  Eigen::RowVectorXd mean, scale;  // [d]
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& features) const;
+};
+Standard standard_of(const Eigen::MatrixXd& real);
 
 // Improved precision and recall (Kynkaanniemi et al. 2019): the share of generated rows that lie in the ball of some real row, whose
 // radius is its distance to its k-th neighbour (itself left out; the rim counts), and the reverse. Error(data) unless N > k.
@@ -64,5 +75,16 @@ double within_class_variance(const Eigen::MatrixXd& features, const std::vector<
 double multimodality(const Eigen::MatrixXd& features, const std::vector<int>& labels, const std::vector<std::string>& classes, int pairs = 20, std::uint64_t seed = 1);
 // Of action-to-motion and ACTOR: rejection sampling from RandomState(seed), the same row twice included.
 double multimodality_a2m(const Eigen::MatrixXd& features, const std::vector<int>& labels, const std::vector<std::string>& classes, int pairs = 20, std::uint32_t seed = 1);
+
+// 95 % intervals about a value of the functions above, for the drawing of the generated clips; real clips and labels are held fixed. All these figures are means over pairs of
+// clips, U = sum_{i!=j} h(x_i, x_j) / (n (n-1)) (for KID with - 2 mean k(x_i, y_j) besides), so the variance is that of the delete-one jackknife (Arvesen 1969), in
+// closed form by U_-i = (sum - 2 row_i) / ((n-1)(n-2)); where only some pairs or subsets were drawn, the variance of that draw is added. Not the bootstrap: a clip drawn
+// twice makes pairs of a clip with itself, which an unbiased MMD, a diversity and a variance leave out, and resampling the pairs alone takes pairs that share a clip for
+// independent ones. Interval: value -+ t(0.975, n - classes) s. NaN bounds below 3 clips (in a class).
+// Near a KID of 0 the interval is up to about twice as wide as need be (U is then nearly degenerate). Cost n^2 d for all but the variance; any number of threads gives the same.
+Interval kid_interval(const Eigen::MatrixXd& generated, const Eigen::MatrixXd& real, const MeanDeviation& found, const KidOptions& options);
+Interval diversity_interval(double value, const Eigen::MatrixXd& features, int pairs = 200, int threads = 1);
+Interval within_class_variance_interval(double value, const Eigen::MatrixXd& features, const std::vector<int>& labels, const std::vector<std::string>& classes);
+Interval multimodality_interval(double value, const Eigen::MatrixXd& features, const std::vector<int>& labels, const std::vector<std::string>& classes, int pairs = 20, int threads = 1);
 
 }  // namespace mocap::metrics

@@ -20,7 +20,7 @@
 # setup: change("pleases.h5", own); change("leaks.h5", lambda f: own(f, "r.h5"))
 # setup: r = np.random.RandomState(3); x, y = r.randn(200, 6), r.randn(180, 6) + 0.2
 # setup: p = np.exp(2 * r.randn(200, 4)); p /= p.sum(1, keepdims=True); l = r.randint(0, 4, 200)
-# setup: np.savez("x.npz", features=x, posteriors=p, labels=l, classes=list("abcd")); np.savez("y.npz", features=y, labels=r.randint(0, 4, 180), classes=list("abcd")); np.savez("xf.npz", features=x); np.savez("yf.npz", features=y)
+# setup: np.savez("x.npz", features=x, posteriors=p, labels=l, classes=list("abcd")); np.savez("y.npz", features=y, labels=r.randint(0, 4, 180), classes=list("abcd")); np.savez("xf.npz", features=x); np.savez("yf.npz", features=y); np.savez("big.npz", features=100 * x); np.savez("big-real.npz", features=100 * y)
 # setup: np.savez("names.npz", features=x, labels=np.array(list("abcd"))[l]); np.savez("stats.npz", mu=y.mean(0), sigma=np.cov(y, rowvar=False)); np.savez("t.npz", features=r.randn(150, 6))
 # setup: n = x.copy(); n[4, 2] = np.nan; np.savez("nan.npz", features=n); np.savez("small.npz", features=x[:6]); np.savez("ten.npz", features=y[:10]); np.savez("wide.npz", features=r.randn(50, 9)); np.savez("none.npz", mu=x); np.savez("flat.npz", features=x[0])
 # setup: np.savez("one.npz", features=x, posteriors=np.ones((200, 1))); np.savez("gap.npz", features=x, labels=np.where(l == 2, 1, l), classes=list("abcd")); np.savez("long.npz", features=x, labels=l[:3]); np.savez("off.npz", features=x, posteriors=p[:9])
@@ -50,7 +50,7 @@
 0 fid fid-eval xf.npz --features --real yf.npz --compat a2m --json | ./q '"%.5f" % v("fid")'
 0 fid fid-eval xf.npz --features --real yf.npz --compat actor --json | ./q '"%.5f" % v("fid")'
 0 true fid-eval x.npz --features --real y.npz --json | ./q 'lo("fid") < v("fid") < hi("fid") and n("fid") == 200 and 0 < v("fid.floor_halves") and n("fid.floor_halves") == 90 and v("is.bound") == 4 and 1 < v("is") < 4 and 0 < v("accuracy.class") < 0.5 and v("diversity.real") > 0 and v("multimodality") > 0 and r["compat"] == "none"'
-0 true fid-eval xf.npz --features --real yf.npz --json | ./q '"is.value" not in r and "multimodality.value" not in r and lo("kid") is None and 0 < v("precision") <= 1 and 0 < v("recall") <= 1'
+0 true fid-eval xf.npz --features --real yf.npz --json | ./q '"is.value" not in r and "multimodality.value" not in r and lo("kid") < v("kid") < hi("kid") and lo("diversity") < v("diversity") < hi("diversity") and 0 < v("precision") <= 1 and 0 < v("recall") <= 1'
 0 true fid-eval y.npz --features --real y.npz --json | ./q 'v("fid") < 1e-9 and v("precision") == 1 and v("recall") == 1'
 0 fid fid-eval x.tsv --features --real yf.npz --json | ./q '"%.5f" % v("fid")'
 3 ~bad\.tsv:3:.'nan'.in.column.3,.expected.a.number fid-eval bad.tsv --features --real yf.npz
@@ -60,6 +60,11 @@
 0 . fid-eval - --features --real y.npz < x.npz > p && fid-eval x.npz --features --real y.npz -j 1 | cmp - p && fid-eval x.npz --features --real - -j 2 < y.npz | cmp - p
 0 true fid-eval x.npz --features --real y.npz --pca 3 --train t.npz --json | ./q 'v("fid") > 0'
 0 ~3.principal.axes.keep fid-eval x.npz --features --real y.npz --pca 3 --train t.npz
+
+# KID of standardised features has no units; the published one cubes them, and has no interval of its own
+0 true fid-eval big.npz --features --real big-real.npz --json > k; fid-eval xf.npz --features --real yf.npz --json | ./q 'abs(v("kid") - json.load(open("k"))["kid.value"]) < 1e-9'
+0 true fid-eval big.npz --features --real big-real.npz --compat torch-fidelity --json | ./q 'abs(v("kid")) > 1e4 and lo("kid") is None and lo("diversity") is None'
+0 true fid-eval x.npz --features --real y.npz --json | ./q 'all(lo(k) < v(k) < hi(k) for k in ["multimodality", "within_class_variance", "multimodality.real", "within_class_variance.real", "diversity.real"])'
 
 # repeats, resamples, splits, seed
 0 true fid-eval x.npz --features --real y.npz --repeats 4 --json | ./q 'n("fid") == 4 and lo("fid") < v("fid") < hi("fid") and lo("kid") < v("kid") < hi("kid")'
@@ -107,6 +112,7 @@
 3 ~a\.h5:.this.classifier.was.trained.on fid-eval g.h5 --real t.h5 --classifier a.h5
 3 ~a\.h5:.this.classifier.took.part.in.training.the.generator fid-eval pleases.h5 --real r.h5 --classifier a.h5
 0 . fid-eval pleases.h5 --real r.h5 --classifier s.h5
+3 ~a\.h5:.a.second.classifier.of.action fid-eval g.h5 --real r.h5 --classifier a.h5 --classifier a.h5
 3 ~dancing.*expected.one.of.the.classifier fid-eval dancing.h5 --real r.h5 --classifier a.h5
 3 ~class.jogging.has.0.clips fid-eval walks.h5 --real r.h5 --classifier a.h5
 3 ~more.clips.than.features fid-eval walks.h5 --real real-walks.h5 --classifier a.h5
