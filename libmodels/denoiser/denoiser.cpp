@@ -21,23 +21,35 @@ namespace {
 using features::FeatureMatrix;
 
 constexpr std::int64_t kPart = 4096;     // frames of a long clip at a time
-constexpr double kPathSeconds = 0.5;
+constexpr double kPathSeconds = 0.1, kSpikeSeconds = 0.134;
 
 // Gaussian mean of a sequence, the weights of what lies outside given to the rest.
-template <class T>
-std::vector<T> smoothed(const std::vector<T>& x, double deviation_frames, const T& zero) {
+std::vector<double> smoothed(const std::vector<double>& x, double deviation_frames) {
   const auto n = static_cast<std::int64_t>(x.size()), reach = static_cast<std::int64_t>(std::ceil(3 * deviation_frames));
   std::vector<double> weight;
   for (std::int64_t k = 0; k <= reach; ++k) weight.push_back(std::exp(-0.5 * static_cast<double>(k * k) / (deviation_frames * deviation_frames)));
-  std::vector<T> out(x.size(), zero);
+  std::vector<double> out(x.size());
   for (std::int64_t t = 0; t < n; ++t) {
-    double sum = 0;
+    double sum = 0, total = 0;
     for (std::int64_t k = std::max<std::int64_t>(0, t - reach); k <= std::min(n - 1, t + reach); ++k) {
       const double w = weight[static_cast<std::size_t>(std::abs(k - t))];
-      out[static_cast<std::size_t>(t)] += w * x[static_cast<std::size_t>(k)];
+      total += w * x[static_cast<std::size_t>(k)];
       sum += w;
     }
-    out[static_cast<std::size_t>(t)] /= sum;
+    out[static_cast<std::size_t>(t)] = total / sum;
+  }
+  return out;
+}
+
+// Median of the values at most `reach` away, so that a spike does not pull its surroundings along; fewer near the ends, as many on both sides.
+std::vector<double> median(const std::vector<double>& x, std::int64_t reach) {
+  const auto n = static_cast<std::int64_t>(x.size());
+  std::vector<double> out(x.size());
+  for (std::int64_t t = 0; t < n; ++t) {
+    const std::int64_t r = std::min({reach, t, n - 1 - t});
+    std::vector<double> near(x.begin() + (t - r), x.begin() + (t + r + 1));
+    std::nth_element(near.begin(), near.begin() + r, near.end());
+    out[static_cast<std::size_t>(t)] = near[static_cast<std::size_t>(r)];
   }
   return out;
 }
@@ -127,6 +139,7 @@ Clip Denoiser::apply(const Clip& clip) const {
   const auto n = static_cast<std::size_t>(frames);
   const Eigen::Index root = columns - features::kRootValues;
   const double deviation = kPathSeconds * clip.frame_rate_hz;
+  const auto reach = static_cast<std::int64_t>(std::lround(kSpikeSeconds * clip.frame_rate_hz));
   // Yaw of the root before, continuous, and as the denoised rates add up to.
   std::vector<double> lag(n);
   double heading = yaw_of(clip.rotations[0]), measured = heading;
@@ -139,21 +152,23 @@ Clip Denoiser::apply(const Clip& clip) const {
     headings[t] = heading;
     lag[t] = measured - heading;
   }
-  const auto turn = smoothed(lag, deviation, 0.0);
-  std::vector<Vector2> place(n), behind(n);
+  const auto turn = smoothed(median(lag, reach), deviation);
+  std::vector<Vector2> place(n);
+  std::vector<double> behind_x(n), behind_y(n);
   Vector2 at = clip.root_position[0].head<2>();
   for (std::size_t t = 0; t < n; ++t) {
     headings[t] += turn[t];
     place[t] = at;
-    behind[t] = clip.root_position[t].head<2>() - at;
+    behind_x[t] = clip.root_position[t].x() - at.x();
+    behind_y[t] = clip.root_position[t].y() - at.y();
     const auto i = static_cast<Eigen::Index>(t);
     at += (yaw_rotation(headings[t]) * Vector3(x(i, root), x(i, root + 1), 0)).head<2>() / clip.frame_rate_hz;
   }
-  const auto follow = smoothed(behind, deviation, Vector2(Vector2::Zero()));
+  const auto follow_x = smoothed(median(behind_x, reach), deviation), follow_y = smoothed(median(behind_y, reach), deviation);
   for (std::size_t t = 0; t < n; ++t) {
     const auto i = static_cast<Eigen::Index>(t);
     out.rotations[t * joints] = yaw_rotation(headings[t]) * exp_map(Vector3(x(i, root + 4), x(i, root + 5), 0));
-    const Vector2 xy = place[t] + follow[t];
+    const Vector2 xy = place[t] + Vector2(follow_x[t], follow_y[t]);
     out.root_position[t] = Vector3(xy.x(), xy.y(), x(i, root + 2));
   }
   make_sign_continuous(out);

@@ -104,6 +104,17 @@ DenoiserTraining::DenoiserTraining(TrainingConfig config, TrainingData data) : c
   NetworkConfig network;
   network.joints = data_.clean->header().skeleton->joint_count() - 1;
   network_ = std::make_unique<Network>(network);
+  const std::vector<double> impact = impact_factors(*data.clean->header().skeleton, 0.08);
+  const features::MotionCellLayout layout{network.joints, features::RotationRepresentation::quaternion};
+  std::vector<double> moved(static_cast<std::size_t>(layout.columns()), 1);  // metres
+  for (int j = 0; j < layout.joints; ++j)
+    for (int k = 0; k < 4; ++k) moved[static_cast<std::size_t>(4 * j + k)] = 2 * impact[static_cast<std::size_t>(j + 1)];  // |dq| is half an angle
+  const auto root = static_cast<std::size_t>(layout.rotation_columns());
+  for (const std::size_t velocity : {0, 1, 3}) moved[root + velocity] = kVelocitySeconds;
+  for (const std::size_t tilt : {4, 5}) moved[root + tilt] = impact[0];
+  weights_ = torch::empty({layout.columns()}, torch::kFloat32);
+  for (std::size_t c = 0; c < moved.size(); ++c) weights_[static_cast<std::int64_t>(c)] = std::pow(moved[c] * data.clean->deviation()[c], 2);
+  weights_ /= weights_.mean();
 }
 
 std::int64_t DenoiserTraining::steps_per_epoch() const {
@@ -166,7 +177,7 @@ DenoiserTraining::Rows DenoiserTraining::rows(const Data& data, const Data* nois
 torch::Tensor DenoiserTraining::squares(const Rows& rows, std::int64_t first, std::int64_t count) const {
   const auto centre = [&](const torch::Tensor& t) { return t.narrow(1, kReach, config_.window); };
   const torch::Tensor y = network_->forward(rows.corrupted.narrow(0, first, count));
-  return ((centre(y) - centre(rows.clean.narrow(0, first, count))).square() * rows.mask.narrow(0, first, count)).sum();
+  return ((centre(y) - centre(rows.clean.narrow(0, first, count))).square() * weights_ * rows.mask.narrow(0, first, count)).sum();
 }
 
 void DenoiserTraining::prepare(std::int64_t step) {
