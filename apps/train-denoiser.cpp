@@ -18,11 +18,13 @@ class TrainDenoiser final : public tools::TrainingTool {
   std::string description() const override {
     return "A convolutional autoencoder sees windows of standardised pose features in which some numbers are disturbed, and learns what was there before. Labels are not needed: "
            "train it on motion that the models do not use. By default a tenth of the numbers gets noise of 0.5 deviations, as in the paper, which teaches it to mend outliers; "
-           "--corrupt-share 1 with a smaller --corrupt-deviation teaches it jitter of all joints. Writes a model file for `denoise`, with a log and checkpoints beside it while it runs; "
+           "--corrupt-share 1 with a smaller --corrupt-deviation teaches it jitter of all joints. Where the same clips exist as a sensor gives them, --noisy teaches it that sensor's noise, "
+           "which is best. The untrained network is a Savitzky-Golay filter. Writes a model file for `denoise`, with a log and checkpoints beside it while it runs; "
            "stop it and run the same line with --resume to continue to the same weights, bit for bit.";
   }
   std::vector<cli::Example> examples() const override {
     return {{"train-denoiser rest.h5 --val val.h5 -o denoiser.h5", "the paper's settings, 300 epochs"},
+            {"train-denoiser clean.h5 --noisy noisy.h5 --learning-rate 0.0005 --rate-decay 0.7 --epochs 80 -o denoiser.h5", "from pairs, minutes"},
             {"train-denoiser rest.h5 --corrupt-share 1 --corrupt-deviation 0.1 --learning-rate 0.001 --epochs 100 -o jitter.h5", "against jitter of everything, sooner"}};
   }
   std::vector<std::string> references() const override { return {"Ghorbani et al. 2020, sections 3.1 and 4.2, Table 1"}; }
