@@ -30,7 +30,7 @@ class FidEval final : public cli::Tool {
            "(of several classifiers side by side) in double precision; the inception score over the joint posterior of the attributes, and of each; KID; precision and recall; accuracy; "
            "diversity; variance within a class; multimodality. Of the clips themselves: feet that slide, penetration, jerk, energy, how many freeze or explode and which, and "
            "with --train the distance to the nearest training clip. Rows that end in .real are the real clips' own; fid.floor_halves is the distance between disjoint "
-           "halves of the real clips, fid.floor_train that of real against training clips: no generator is better than that. KID is of features standardised by the real clips (as published with --compat, where its cube makes large "
+           "halves of the real clips, fid.floor_train that of real against training clips: no generator is better than that; fid.train is that of generated against training clips. KID is of features standardised by the real clips (as published with --compat, where its cube makes large "
            "features all that counts). Intervals cover 95 %: Student's t over --repeats parts of the generated clips, otherwise the bootstrap over generated clips, for figures "
            "of pairs of clips the jackknife, for shares Wilson's; a dash where there is none. Refused: what would give a figure that lies (no more clips "
            "than features, a classifier that saw the real clips or trained the generator, test clips in the training set, unequal rates or bodies, an empty class).";

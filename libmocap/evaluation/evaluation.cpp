@@ -77,18 +77,16 @@ class Evaluation {
     if (generated_.features.cols() == 0) return;
     const Eigen::MatrixXd& x = generated_.features;
     const Eigen::MatrixXd& y = real_.features;
-    const auto whole = [&](const Eigen::MatrixXd& features, const std::string& name, bool intervals) {
-      const Eigen::MatrixXd& mine = features;
-      const Eigen::MatrixXd& theirs = name.empty() ? y : view_of(real_, name).features;
+    const auto whole = [&](const std::string& name, const Eigen::MatrixXd& mine, const Set& set, const Eigen::MatrixXd& theirs, bool intervals) {
       try {
         std::optional<metrics::Gaussian> reference;
-        if (real_.given) reference = real_.given;
-        else if (o_.compat == Compat::none) reference = metrics::gaussian(theirs, real_.path);
+        if (set.given) reference = set.given;
+        else if (o_.compat == Compat::none) reference = metrics::gaussian(theirs, set.path);
         figure(
-            name.empty() ? "fid" : "fid." + name,
+            name,
             [&](const Rows& rows) {
               const Eigen::MatrixXd part = rows.size() == static_cast<std::size_t>(mine.rows()) ? mine : take(mine, rows);
-              return o_.compat == Compat::none || real_.given ? metrics::frechet_distance(metrics::gaussian(part, generated_.path), *reference) : frechet(part, theirs);
+              return o_.compat == Compat::none || set.given ? metrics::frechet_distance(metrics::gaussian(part, generated_.path), *reference) : frechet(part, theirs);
             },
             !intervals || o_.resamples < 2 || !reference ? Spread() : [&](double value) {
               Interval i = metrics::bootstrap_interval(
@@ -100,9 +98,11 @@ class Evaluation {
         throw e.in_file(generated_.path);
       }
     };
-    whole(x, "", true);
+    whole("fid", x, real_, y, true);
     if (generated_.views.size() > 1 && o_.each_view)
-      for (const View& v : generated_.views) whole(v.features, v.attribute, false);
+      for (const View& v : generated_.views) whole("fid." + v.attribute, v.features, real_, view_of(real_, v.attribute).features, false);
+    // Many training clips may stand where test clips are few; a generator that repeats them does well here, which nearest_training shows.
+    if (train_ && (train_->features.rows() > train_->features.cols() || o_.compat != Compat::none)) whole("fid.train", x, *train_, train_->features, true);
     if (!real_.given) floors();
     scores();
     if (!real_.given) {

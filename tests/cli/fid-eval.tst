@@ -56,7 +56,8 @@
 3 ~bad\.tsv:3:.'nan'.in.column.3,.expected.a.number fid-eval bad.tsv --features --real yf.npz
 3 ~none\.tsv:1:.neither.an.npz fid-eval none.tsv --features --real yf.npz
 0 true fid-eval names.npz --features --real y.npz --json | ./q 'v("within_class_variance") > 0'
-0 true fid-eval x.npz --features --real y.npz --train t.npz --json | ./q 'v("fid.floor_train") > 0 and n("fid.floor_train") == 150'
+0 true fid-eval x.npz --features --real y.npz --train t.npz --json | ./q 'v("fid.floor_train") > 0 and n("fid.floor_train") == 150 and lo("fid.train") < v("fid.train") < hi("fid.train")'
+0 true fid-eval x.npz --features --real t.npz --json | ./q 'v("fid")' > a.txt; fid-eval x.npz --features --real y.npz --train t.npz --json | ./q 'v("fid.train")' | cmp - a.txt && echo True
 0 . fid-eval - --features --real y.npz < x.npz > p && fid-eval x.npz --features --real y.npz -j 1 | cmp - p && fid-eval x.npz --features --real - -j 2 < y.npz | cmp - p
 0 true fid-eval x.npz --features --real y.npz --pca 3 --train t.npz --json | ./q 'v("fid") > 0'
 0 ~3.principal.axes.keep fid-eval x.npz --features --real y.npz --pca 3 --train t.npz
