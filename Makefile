@@ -4,7 +4,7 @@ BUILD := build/$(PRESET)
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 
-.PHONY: all deps tools build test demo pipeline bench install docs clean
+.PHONY: all deps tools build test demo pipeline table2 bench install docs clean
 all: build
 
 deps:
@@ -27,6 +27,9 @@ demo: tools
 
 pipeline: tools
 	scripts/pipeline.sh $(BUILD)/bin "$(DATA)" "$(LABELS)" "$(OUT)"
+
+table2: tools
+	@$(MAKE) --no-print-directory -f scripts/table2.mk BIN=$(BUILD)/bin
 
 bench: build
 	scripts/bench.sh $(BUILD)

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""Assembles Table 2 of Ghorbani et al. 2020 from the figures that scripts/table2.mk leaves in a folder.
+
+    table2-table.py FOLDER --models M ... --seeds S ... --judges J ...
+
+Reads FOLDER/figures-MODEL-SEED-JUDGE.json (fid-eval --json); writes table.md, table.tsv and table.tex there. With several seeds: the median
+over seeds and judges' mean, and in brackets the smallest and largest seed; with one seed the mean over judges and the 95 % interval of the
+first judge. Exit status 3 names a file that is missing or not what fid-eval writes.
+"""
+import argparse
+import json
+import statistics
+import sys
+from pathlib import Path
+
+NAMES = {"motion-cell": "Proposed", "single-layer": "Proposed (SL)", "uniform-joints": "Proposed (NL)", "no-classifier": "Proposed (NC)", "quaternet": "QuaterNet", "erd": "ERD"}
+ORDER = ["erd", "quaternet", "single-layer", "uniform-joints", "no-classifier", "motion-cell"]  # the paper's
+# column, figure, digits
+COLUMNS = [("IS", "is", 3), ("FID test", "fid", 1), ("FID train", "fid.train", 1), ("precision", "precision", 2), ("recall", "recall", 2),
+           ("variance in a class, of real", "within_class_variance", 2), ("energy, of real", "energy", 2), ("frozen", "frozen_share", 3), ("skate m/s", "skate_mps", 3),
+           ("nearest training", "nearest_training", 3)]
+OF_REAL = {"within_class_variance", "energy"}
+
+
+def fail(message):
+    print("table2-table.py: " + message, file=sys.stderr)
+    sys.exit(3)
+
+
+def read(path):
+    try:
+        document = json.loads(path.read_text())
+    except OSError as e:
+        fail(f"{path}: {e.strerror}")
+    except ValueError as e:
+        fail(f"{path}: not JSON: {e}")
+    if not isinstance(document, dict) or "fid.value" not in document:
+        fail(f"{path}: no fid.value, expected what fid-eval --json writes")
+    return document
+
+
+def value(document, figure, field="value"):
+    found = document.get(f"{figure}.{field}")
+    if found is None or figure not in OF_REAL:
+        return found
+    real = document.get(f"{figure}.real.value")
+    return found / real if real else None
+
+
+def mean(values):
+    values = [v for v in values if v is not None]
+    return statistics.fmean(values) if values else None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("folder", type=Path)
+    for name in ("models", "seeds", "judges"):
+        parser.add_argument("--" + name, nargs="+", required=True)
+    a = parser.parse_args()
+    figures = {(m, s, j): read(a.folder / f"figures-{m}-{s}-{j}.json") for m in a.models for s in a.seeds for j in a.judges}
+
+    rows, tsv = [], ["model\tfigure\tvalue\tlow\thigh"]
+    for m in [m for m in ORDER if m in a.models] + [m for m in a.models if m not in ORDER]:
+        cells = []
+        for _, figure, digits in COLUMNS:
+            seeds = [v for v in (mean([value(figures[m, s, j], figure) for j in a.judges]) for s in a.seeds) if v is not None]
+            if not seeds:
+                cells.append("-")
+                continue
+            middle = statistics.median(seeds)
+            if len(seeds) > 1:
+                low, high = min(seeds), max(seeds)
+            else:
+                low, high = (value(figures[m, a.seeds[0], a.judges[0]], figure, side) for side in ("low", "high"))
+            cells.append(f"{middle:.{digits}f}" + (f" [{low:.{digits}f}, {high:.{digits}f}]" if low is not None and high is not None else ""))
+            tsv.append(f"{m}\t{figure}\t{middle:.6g}\t" + "\t".join("" if x is None else f"{x:.6g}" for x in (low, high)))
+        rows.append([NAMES.get(m, m)] + cells)
+
+    # What does not depend on the model. Real clips are cut to the generated clips' lengths, so floors differ a little from model to model: the mean.
+    everything = list(figures.values())
+    real = {"is": "is.real", "energy": None, "within_class_variance": None, "skate_mps": "skate_mps.real", "frozen_share": "frozen_share.real", "nearest_training": "nearest_training.real",
+            "fid": "fid.floor_halves", "fid.train": "fid.floor_train"}
+    cells = []
+    for _, figure, digits in COLUMNS:
+        key = real.get(figure)
+        v = 1.0 if figure in OF_REAL else mean([d.get(key + ".value") for d in everything]) if key else None
+        cells.append("-" if v is None else f"{v:.{digits}f}")
+        if v is not None:
+            tsv.append(f"real\t{figure}\t{v:.6g}\t\t")
+    rows.append(["Real data (FID: halves of test; train against test)"] + cells)
+
+    head = ["model"] + [c for c, _, _ in COLUMNS]
+    spread = "smallest and largest of the seeds" if len(a.seeds) > 1 else "95 % intervals"
+    note = f"{'Medians of seeds' if len(a.seeds) > 1 else 'Seed'} {', '.join(a.seeds)}, means of judges {', '.join(a.judges)}; in brackets {spread}. IS of at most {everything[0].get('is.bound.value', 0):.0f}."
+    md = "\n".join(["| " + " | ".join(head) + " |", "|" + "---|" * len(head)] + ["| " + " | ".join(r) + " |" for r in rows] + ["", note, ""])
+    tex = ["\\begin{tabular}{l" + "r" * len(COLUMNS) + "}", "\\hline", " & ".join(head) + " \\\\", "\\hline"] + [" & ".join(r) + " \\\\" for r in rows] + ["\\hline", "\\end{tabular}", ""]
+    (a.folder / "table.md").write_text(md)
+    (a.folder / "table.tsv").write_text("\n".join(tsv) + "\n")
+    (a.folder / "table.tex").write_text("\n".join(tex))
+
+
+main()
