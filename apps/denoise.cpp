@@ -9,6 +9,7 @@
 #include "libmocap/base/parallel.hpp"
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
+#include "libmocap/clip/ground.hpp"
 #include "libmocap/store/archive.hpp"
 #include "libmodels/denoiser/denoiser.hpp"
 #include "libmodels/nn/blas.hpp"
@@ -28,7 +29,7 @@ class Denoise final : public cli::Tool {
   std::string name() const override { return "denoise"; }
   std::string synopsis() const override { return "Remove noise from the clips of a motion archive with a trained denoiser"; }
   std::string description() const override {
-    return "Rotations and root positions are denoised; names, attributes, contacts, segments and sources stay. Clips may have any length. Heading and ground path follow those of "
+    return "Rotations and root positions are denoised; names, attributes, segments and sources stay. Contacts are labelled anew where a preset labelled them. Clips may have any length. Heading and ground path follow those of "
            "the input, so that nothing drifts. --report says for each joint of each clip how much was changed, where most, and how much of its peak speed is left: a denoiser "
            "that takes away jumps and blows shows there.";
   }
@@ -68,6 +69,8 @@ class Denoise final : public cli::Tool {
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
     std::string table = "clip\tjoint\tmean_deg\tworst_deg\tworst_deg_frame\tmean_mm\tworst_mm\tworst_mm_frame\tpeak_speed_mps\tpeak_speed_kept_percent\n";
 
+    // A preset's contacts were found in the noise; those of another rule come from elsewhere and stay.
+    const ContactPreset* preset = header.contacts_rule.starts_with("preset:") ? &contact_preset(header.contacts_rule.substr(7)) : nullptr;
     const std::size_t portion = static_cast<std::size_t>(4 * context.threads());  // clips in memory
     for (std::size_t first = 0; first < reader.size(); first += portion) {
       std::vector<Clip> before, after(std::min(portion, reader.size() - first));
@@ -76,6 +79,7 @@ class Denoise final : public cli::Tool {
         nn::initialize_worker_thread();
         try {
           after[i] = trained->apply(before[i]);
+          if (preset && !before[i].contacts.empty()) after[i].contacts = label_contacts(after[i], *preset);
         } catch (const Error& e) {
           throw e.in_file(reader.name());
         }

@@ -4,6 +4,7 @@
 # Writes into OUT: all.h5, split/{train,val,test}.h5, model.h5, samples.h5, strips.png, bvh/*.bvh, table.txt, rejects.tsv.
 # Run it again after an interruption: what is finished is kept, and the training continues where it stopped.
 #   STEPS=4000      optimiser steps (default: the preset's)     PRESET=small|paper
+#   DENOISER=model.h5 (from train-denoiser) mends the clips before anything is trained on them
 #   SPLIT_BY=source subject keeps a subject's clips together    SAMPLES=64    FRAMES=140    SEED=1
 set -eu
 bin=$1 data=$2 labels=$3 out=$4
@@ -16,7 +17,10 @@ run() { printf '%s\n' "$*"; "$@"; }
 say "1. clean the data: one body, one rate, one frame"
 if [ ! -e "$out/all.h5" ]; then
   # Status 1: some files were refused and are listed; the rest is done.
-  run canonicalize "$data" --labels "$labels" --rejects "$out/rejects.tsv" -o "$out/all.h5" || [ $? -eq 1 ]
+  clean=$out/all.h5
+  [ -z "${DENOISER:-}" ] || clean=$out/measured.h5
+  run canonicalize "$data" --labels "$labels" --rejects "$out/rejects.tsv" -f -o "$clean" || [ $? -eq 1 ]
+  [ -z "${DENOISER:-}" ] || run denoise "$clean" -m "$DENOISER" --report "$out/mended.tsv" -f -o "$out/all.h5"
 fi
 motion-info "$out/all.h5"
 

@@ -4,6 +4,7 @@
 #
 # What is finished is kept, and a training that was stopped continues: run the same line again. One model after the other uses all cores.
 #   DATA LABELS      motion files and their labels (canonicalize --labels), or an archive as DATA
+#   DENOISER         a denoiser (train-denoiser) that mends all clips first; OUT/mended.tsv says what it changed (none)
 #   OUT=table2       folder for everything; the table is OUT/table.md, .tsv, .tex
 #   ATTRIBUTES       attributes to generate by and to judge by, the action first (action gender)
 #   PERIODIC OTHER   values of the first attribute: generated with 140 frames, the first 20 dropped; generated until they stand still
@@ -67,10 +68,11 @@ $(OUT)/all.h5:
 	mkdir -p $(OUT)
 	if [ -d "$(DATA)" ]; then
 	  # Status 1: some files were refused and are listed; the rest is done.
-	  canonicalize "$(DATA)" $(if $(LABELS),--labels "$(LABELS)") --rejects $(OUT)/rejects.tsv -o $@ || [ $$? -eq 1 ]
+	  canonicalize "$(DATA)" $(if $(LABELS),--labels "$(LABELS)") --rejects $(OUT)/rejects.tsv -f -o $@.measured || [ $$? -eq 1 ]
 	else
-	  cp "$(DATA)" $@
+	  cp "$(DATA)" $@.measured
 	fi
+	$(if $(DENOISER),denoise $@.measured -m "$(DENOISER)" --report $(OUT)/mended.tsv -f -o $@,mv $@.measured $@)
 
 $(OUT)/split/train.h5: $(OUT)/all.h5
 	motion-split -f $< $(SPLIT) -o $(OUT)/split
