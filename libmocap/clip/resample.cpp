@@ -98,14 +98,9 @@ Clip resample(const Clip& clip, double rate_hz, int phase, AntiAlias anti_alias)
   if (!(std::isfinite(rate_hz) && rate_hz > 0)) refuse_usage("a rate of " + std::to_string(rate_hz) + " Hz, expected a finite number above 0");
   if (phase < 0) refuse_usage("a phase below 0");
   const double ratio = clip.frame_rate_hz / rate_hz;
-  Clip out;
-  out.name = clip.name;
-  out.skeleton = clip.skeleton;
+  Clip out = without_frames(clip);
   out.frame_rate_hz = rate_hz;
-  out.attributes = clip.attributes;
-  out.source = clip.source;
   out.source.phase = phase;
-  out.path = clip.path;
   const std::size_t frames = clip.frames();
   const auto joints = static_cast<std::size_t>(clip.joints());
   if (frames == 0 || static_cast<std::size_t>(phase) >= frames) return out;
