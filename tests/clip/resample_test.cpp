@@ -68,7 +68,9 @@ TEST(Resample, WholeRatiosPickFramesUnchanged) {
 TEST(Resample, SegmentsAndContactsMoveAlong) {
   Clip clip = steady(120, 241);
   clip.segments = {{0, 120, {{"action", "walking"}}}, {120, 121, {{"action", "jogging"}}}};
+  clip.attribute_probability = {{"action", {{"walking", 0.5f}}}};
   const Clip out = resample(clip, 30);
+  EXPECT_EQ(out.attribute_probability, clip.attribute_probability);
   ASSERT_EQ(out.segments.size(), 2u);
   EXPECT_EQ(out.segments[0].length, 30);
   EXPECT_EQ(out.segments[1].start, 30);
