@@ -131,8 +131,9 @@ Clip resample(const Clip& clip, double rate_hz, int phase, AntiAlias anti_alias)
     if (!clip.contacts.empty()) out.contacts.push_back(clip.contacts[w < 0.5 ? a : b]);
   }
   for (const Segment& s : clip.segments) {
+    // The first new frame at or after a source frame: each new frame has the labels of the moment that it shows, up to the last.
     const auto place = [&](std::int64_t frame) {
-      return std::clamp<std::int64_t>(std::llround((static_cast<double>(frame) - phase) / ratio), 0, static_cast<std::int64_t>(count));
+      return std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil((static_cast<double>(frame) - phase) / ratio - 1e-9)), 0, static_cast<std::int64_t>(count));
     };
     const std::int64_t a = place(s.start), b = place(s.start + s.length);
     if (a < b) out.segments.push_back({a, b - a, s.attributes});

@@ -122,3 +122,11 @@
 0 ~warning:.u\.tsv:3:.*action=jogging.gender=female.together printf 'start\taction\n0\twalking\n1\tjogging\n' > u.tsv; sample -m p.model --schedule u.tsv -n 3 --frames 60 -o u.h5
 0 true ./q 'a[0].attribute("gender") == ["female"] * 3' u.h5
 1 . test -e x.h5
+
+# ended at rest: a model of three steps never rests, so the noise's slowest steps stand for it; what is left is the beginning of the same motion
+0 true sample -q -m m.h5 -n 8 --stop-when-still -o never.h5 && ./q 'all(equal(a[0].clip(i), a[1].clip(i)) for i in range(8))' never.h5 eight.h5
+0 ~[1-8].of.8.motions.came.to.rest sample -m m.h5 -n 8 --stop-when-still --still-speed 45 --still-seconds 0.03 -o stopped.h5
+0 true ./q 'min(a[0].length) < 140 and min(a[0].length) >= 30 and all(equal(a[0].clip(i), [x[:n] for x in a[1].clip(i)]) for i, n in enumerate(a[0].length)) and set(a[0].f["clips/source_end"][()]) == {0}' stopped.h5 eight.h5
+0 true sample -q -m m.h5 -n 2 --schedule s.tsv --stop-when-still --still-speed 1e-9 -o sw.h5 && ./q 'a[0].length == [90, 90] and list(a[0].f["segments/start"][()]) == [0, 30, 60] * 2' sw.h5
+2 ~above.0 sample -m m.h5 --stop-when-still --still-speed 0 -o x.h5
+2 ~above.0 sample -m m.h5 --stop-when-still --still-seconds nan -o x.h5
