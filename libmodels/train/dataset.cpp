@@ -147,7 +147,7 @@ MotionDataset::MotionDataset(const std::string& path, features::RotationRepresen
     const auto& info = reader.info(used[k]);
     LabelledFeatures clip;
     clip.name = info.name;
-    std::set<std::int64_t> changes;
+    std::set<std::int64_t> changes = {0};  // also where there is no attribute
     for (const auto& spans : over_time[k])
       for (const auto& [first, value] : spans) changes.insert(first);
     bool gaps = false;
