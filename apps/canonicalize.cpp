@@ -110,6 +110,7 @@ class Canonicalize final : public cli::Tool {
     header.skeleton = options_.body ? options_.body : canonical_body();
     header.frame_rate_hz = options_.rate_hz;
     header.contacts_rule = "preset:" + options_.contacts;
+    header.attribute_classes = common_classes(context);
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
     std::set<std::string> names;
     std::vector<HistoryInput> inputs = std::move(option_files);
@@ -138,6 +139,7 @@ class Canonicalize final : public cli::Tool {
     const Exit status = context.for_each<Prepared>(
         [&](const cli::InputFile& file) {
           Prepared p;
+          if (file.path == "-" && stdin_failure_) throw Error(*stdin_failure_);
           p.input = file.path == "-" && stdin_ ? std::move(stdin_) : formats::open_motion(file.path, file.label, read_options_);
           if (p.input->format() == "archive") return p;
           p.results.push_back(prepare(p, 0, file, labels, canonicalizer));
@@ -240,6 +242,25 @@ class Canonicalize final : public cli::Tool {
     }
   }
 
+  // What classifiers found in archives among the inputs is kept: their classes, of all shards, as the columns for it.
+  std::map<std::string, std::vector<std::string>> common_classes(cli::Context& context) {
+    std::map<std::string, std::vector<std::string>> all;
+    for (const auto& file : context.all_inputs()) {
+      if (file.path != "-" && store::probe(file.path) != "mocap-motion") continue;
+      try {
+        if (file.path == "-" && !stdin_) stdin_ = formats::open_motion(file.path, file.label, read_options_);  // it can be read only once
+        const auto found = file.path == "-" ? stdin_->attribute_classes() : store::ArchiveReader(file.path).header().attribute_classes;
+        for (const auto& [name, classes] : found)
+          for (const auto& value : classes)
+            if (auto& known = all[name]; std::find(known.begin(), known.end(), value) == known.end()) known.push_back(value);
+      } catch (const Error& e) {
+        if (e.status() != Exit::data) throw;
+        if (file.path == "-") stdin_failure_ = e;  // its turn to be rejected comes
+      }
+    }
+    return all;
+  }
+
   // --body source: the rig of the first input that can be read, whatever the shard. Its bones are every clip's.
   std::shared_ptr<const Skeleton> common_body(cli::Context& context) {
     for (const auto& file : context.all_inputs()) {
@@ -258,6 +279,7 @@ class Canonicalize final : public cli::Tool {
   }
 
   std::unique_ptr<formats::MotionInput> stdin_;
+  std::optional<Error> stdin_failure_;
   cli::ReadingOptions reading_;
   formats::ReadOptions read_options_;
   CanonicalizeOptions options_;

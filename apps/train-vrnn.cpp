@@ -32,6 +32,9 @@ class TrainVrnn final : public tools::TrainingTool {
   void options(CLI::App& app) override {
     app.add_option("--preset", preset_, "sizes and schedules: paper (Table 1, 1,600 epochs) or small (GRU cells of 256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_option("--attribute", attributes_, "attribute to condition on (repeatable; default: all that label at least half of the clips, but subject; clips without them are left out)");
+    app.add_option("--unlabelled", unlabelled_, "clips that lack a label: drop, or fill: draw it each time from the probabilities that `classify` left in the archive")
+        ->check(cli::one_of({"drop", "fill"}))
+        ->capture_default_str();
     app.add_option("--val", validation_, "archive whose loss is logged, without effect on the weights")->check(cli::path());
     app.add_option("--steps", steps_, "optimiser steps, word pretraining included")->check(cli::whole(1, 1000000000, "STEPS"));
     app.add_option("--epochs", epochs_, "passes over the clips, instead of --steps")->check(cli::whole(1, 1000000000, "EPOCHS"));
@@ -52,12 +55,16 @@ class TrainVrnn final : public tools::TrainingTool {
   Exit run(cli::Context& context) override {
     const std::string input = begin(context);
     if (steps_ && epochs_) refuse_usage("both --steps and --epochs, expected one of them");
-    const train::MotionDataset data(input, features::RotationRepresentation::quaternion, attributes_);
+    const train::MotionDataset data(input, features::RotationRepresentation::quaternion, attributes_, nullptr, unlabelled());
     if (data.vocabulary().empty())
       refuse({input, 0, {}}, "no attribute labels half of the clips or more, expected at least one to condition on", "give `canonicalize --labels` a table, or name one with --attribute");
-    if (data.left_out() > 0) log::warn("{} of {} clips are left out: they lack a label", data.left_out(), data.left_out() + data.clips().size());
+    if (data.left_out() > 0)
+      log::warn("{} of {} clips are left out: they lack a label{}", data.left_out(), data.left_out() + data.clips().size(),
+                data.fillable() > 0 ? fmt::format(" (--unlabelled fill would use {}, with the probabilities that a classifier found)", data.fillable()) : std::string());
+    if (data.filled() > 0) log::warn("{} of {} clips lack a label: each draw takes one from the probabilities that a classifier found", data.filled(), data.clips().size());
+    if (data.changing() > 0) log::info("{} clips change their attributes on the way", data.changing());
     std::unique_ptr<train::MotionDataset> validation;
-    if (!validation_.empty()) validation = std::make_unique<train::MotionDataset>(validation_, features::RotationRepresentation::quaternion, attributes_, &data);
+    if (!validation_.empty()) validation = std::make_unique<train::MotionDataset>(validation_, features::RotationRepresentation::quaternion, attributes_, &data, unlabelled());
     motion_cell::TrainingConfig config = configuration(static_cast<std::int64_t>(data.clips().size()));
     config.seed = context.seed();
     motion_cell::MotionCellTraining training(motion_cell::MotionCellConfig::preset(preset_), config, data, validation.get());
@@ -70,6 +77,8 @@ class TrainVrnn final : public tools::TrainingTool {
   }
 
  private:
+  train::Unlabelled unlabelled() const { return unlabelled_ == "fill" ? train::Unlabelled::fill : train::Unlabelled::drop; }
+
   motion_cell::TrainingConfig configuration(std::int64_t clips) const {
     auto c = motion_cell::TrainingConfig::preset(preset_);
     if (batch_) c.batch = *batch_;
@@ -98,7 +107,7 @@ class TrainVrnn final : public tools::TrainingTool {
     return c;
   }
 
-  std::string preset_ = "small", validation_;
+  std::string preset_ = "small", validation_, unlabelled_ = "drop";
   std::vector<std::string> attributes_;
   std::optional<std::int64_t> steps_, epochs_, batch_, window_, pretrain_;
   std::optional<double> rate_, scale_, velocity_, own_output_rate_;

@@ -44,6 +44,18 @@ void world_pose(const Clip& clip, std::size_t t, Pose& out) {
   forward_kinematics(*clip.skeleton, clip.frame(t), clip.root_position[t], out, moved);
 }
 
+Clip without_frames(const Clip& clip) {
+  Clip out;
+  out.name = clip.name;
+  out.skeleton = clip.skeleton;
+  out.frame_rate_hz = clip.frame_rate_hz;
+  out.attributes = clip.attributes;
+  out.attribute_probability = clip.attribute_probability;
+  out.source = clip.source;
+  out.path = clip.path;
+  return out;
+}
+
 Clip cut(const Clip& clip, std::size_t first, std::size_t count) {
   if (first > clip.frames() || count > clip.frames() - first) throw Error(Exit::internal, {}, "cut: frames out of range");
   const auto j = static_cast<std::size_t>(clip.joints());
@@ -53,18 +65,11 @@ Clip cut(const Clip& clip, std::size_t first, std::size_t count) {
     const auto begin = v.begin() + static_cast<std::ptrdiff_t>(first * width);
     return V(begin, begin + static_cast<std::ptrdiff_t>(count * width));
   };
-  Clip out;
-  out.name = clip.name;
-  out.skeleton = clip.skeleton;
-  out.frame_rate_hz = clip.frame_rate_hz;
+  Clip out = without_frames(clip);
   out.rotations = rows(clip.rotations, j);
   out.root_position = rows(clip.root_position, 1);
   out.translations = rows(clip.translations, j);
   out.contacts = rows(clip.contacts, 1);
-  out.attributes = clip.attributes;
-  out.attribute_probability = clip.attribute_probability;
-  out.source = clip.source;
-  out.path = clip.path;
   const auto begin = static_cast<std::int64_t>(first), end = static_cast<std::int64_t>(first + count);
   for (const Segment& s : clip.segments) {
     const std::int64_t a = std::max(s.start, begin), b = std::min(s.start + s.length, end);

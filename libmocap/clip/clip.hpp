@@ -66,6 +66,10 @@ struct Clip {
 // World rotations and positions of one frame.
 void world_pose(const Clip& clip, std::size_t t, Pose& out);
 
+// The clip without its frames: name, skeleton, rate, attributes and their probabilities, source and path. What counts or indexes frames (rotations,
+// positions, contacts, segments) is left empty: whoever makes new frames of old ones starts from this, so that no field is forgotten.
+Clip without_frames(const Clip& clip);
+
 // Frames [first, first + count), metadata kept, source times and segments moved along. Error(internal) out of range.
 Clip cut(const Clip& clip, std::size_t first, std::size_t count);
 

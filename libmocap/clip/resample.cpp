@@ -98,14 +98,9 @@ Clip resample(const Clip& clip, double rate_hz, int phase, AntiAlias anti_alias)
   if (!(std::isfinite(rate_hz) && rate_hz > 0)) refuse_usage("a rate of " + std::to_string(rate_hz) + " Hz, expected a finite number above 0");
   if (phase < 0) refuse_usage("a phase below 0");
   const double ratio = clip.frame_rate_hz / rate_hz;
-  Clip out;
-  out.name = clip.name;
-  out.skeleton = clip.skeleton;
+  Clip out = without_frames(clip);
   out.frame_rate_hz = rate_hz;
-  out.attributes = clip.attributes;
-  out.source = clip.source;
   out.source.phase = phase;
-  out.path = clip.path;
   const std::size_t frames = clip.frames();
   const auto joints = static_cast<std::size_t>(clip.joints());
   if (frames == 0 || static_cast<std::size_t>(phase) >= frames) return out;
@@ -136,8 +131,9 @@ Clip resample(const Clip& clip, double rate_hz, int phase, AntiAlias anti_alias)
     if (!clip.contacts.empty()) out.contacts.push_back(clip.contacts[w < 0.5 ? a : b]);
   }
   for (const Segment& s : clip.segments) {
+    // The first new frame at or after a source frame: each new frame has the labels of the moment that it shows, up to the last.
     const auto place = [&](std::int64_t frame) {
-      return std::clamp<std::int64_t>(std::llround((static_cast<double>(frame) - phase) / ratio), 0, static_cast<std::int64_t>(count));
+      return std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil((static_cast<double>(frame) - phase) / ratio - 1e-9)), 0, static_cast<std::int64_t>(count));
     };
     const std::int64_t a = place(s.start), b = place(s.start + s.length);
     if (a < b) out.segments.push_back({a, b - a, s.attributes});

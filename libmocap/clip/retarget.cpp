@@ -138,16 +138,11 @@ Vector3 Retargeter::ankle_target(const Leg& leg, const Pose& source, const Quate
 
 Clip Retargeter::apply(const Clip& clip) const {
   const auto body = canonical_body();
-  Clip out;
-  out.name = clip.name;
+  Clip out = without_frames(clip);
   out.skeleton = body;
-  out.frame_rate_hz = clip.frame_rate_hz;
-  out.attributes = clip.attributes;
-  out.source = clip.source;
   out.source.scale *= scale_;
   out.source.origin *= scale_;
   out.segments = clip.segments;
-  out.path = clip.path;
   out.rotations.resize(clip.frames() * 22);
   out.root_position.resize(clip.frames());
   const auto left = static_cast<std::size_t>(map_.source[legs_[0].hip]), right = static_cast<std::size_t>(map_.source[legs_[1].hip]);

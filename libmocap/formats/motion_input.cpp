@@ -124,6 +124,7 @@ class ArchiveClips final : public MotionInput {
   const std::vector<std::string>& notes() const override { return notes_; }
   std::string sha256() const override { return reader_.file_sha256(); }
   std::string contacts_rule() const override { return reader_.header().contacts_rule; }
+  std::map<std::string, std::vector<std::string>> attribute_classes() const override { return reader_.header().attribute_classes; }
 
  private:
   store::ArchiveReader reader_;

@@ -46,6 +46,7 @@ class MotionInput {
   virtual std::string sha256() const = 0;                  // of the file's bytes
   virtual std::vector<HistoryInput> companions() const { return {}; }  // files read along with it: an AMC's ASF
   virtual std::string contacts_rule() const { return {}; }  // archives: theirs
+  virtual std::map<std::string, std::vector<std::string>> attribute_classes() const { return {}; }  // archives: what classifiers told apart in them
 };
 
 // Opens `path` ("-": standard input); `label` is what provenance calls it. Error(data) with the file named.

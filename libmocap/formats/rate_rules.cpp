@@ -57,6 +57,7 @@ class WithRate final : public MotionInput {
   std::vector<std::string> doubts() const override { return input_->doubts(); }
   std::vector<HistoryInput> companions() const override { return input_->companions(); }
   std::string sha256() const override { return input_->sha256(); }
+  std::map<std::string, std::vector<std::string>> attribute_classes() const override { return input_->attribute_classes(); }
 
  private:
   std::unique_ptr<MotionInput> input_;

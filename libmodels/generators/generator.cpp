@@ -15,6 +15,23 @@ constexpr Entry kKinds[] = {{"motion-cell", make_motion_cell_generator}};
 
 }  // namespace
 
+void label_as_ordered(Clip& clip, const ClipOrder& order) {
+  clip.attributes = order.attributes;
+  clip.segments.clear();
+  if (order.schedule.empty()) return;
+  const auto frames = static_cast<std::int64_t>(clip.frames());
+  const auto add = [&](std::int64_t from, std::int64_t to, const Attributes& attributes) {
+    if (from >= std::min(to, frames)) return;
+    clip.segments.push_back({from, std::min(to, frames) - from, attributes});
+    std::erase_if(clip.attributes, [&](const auto& item) {
+      const auto at = attributes.find(item.first);
+      return at == attributes.end() || at->second != item.second;
+    });
+  };
+  add(0, order.schedule[0].frame, order.attributes);
+  for (std::size_t k = 0; k < order.schedule.size(); ++k) add(order.schedule[k].frame, k + 1 < order.schedule.size() ? order.schedule[k + 1].frame : frames, order.schedule[k].attributes);
+}
+
 std::unique_ptr<Generator> make_generator(const store::ModelFile& model, const std::string& file) {
   std::string known;
   for (const auto& entry : kKinds) {

@@ -9,11 +9,17 @@
 
 namespace mocap::generators {
 
+struct AttributeChange {
+  std::int64_t frame = 0;
+  Attributes attributes;  // as in ClipOrder, all of them
+};
+
 struct ClipOrder {            // one clip to make
   std::string name;
   Attributes attributes;      // one known value for each attribute of the vocabulary
   std::int64_t frames = 0;
   std::uint64_t stream = 0;   // of its random numbers: equal (seed, stream) give equal clips, alone or in company
+  std::vector<AttributeChange> schedule = {};  // attributes from later frames on; ascending, above 0, multiples of Generator::schedule_step()
 };
 
 struct SampleSettings {
@@ -33,9 +39,13 @@ class Generator {
   virtual double frame_rate_hz() const = 0;
   virtual std::string contacts_rule() const = 0;  // of the archive it was trained on
   virtual std::int64_t default_frames() const = 0;
-  // Clips in the order asked for, first frame above the origin with heading 0 (+X), contacts labelled by the rule.
+  virtual std::int64_t schedule_step() const { return 1; }  // frames: attributes can change at multiples of it
+  // Clips in the order asked for, labelled by label_as_ordered, first frame above the origin with heading 0 (+X), contacts labelled by the rule.
   virtual std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const = 0;
 };
+
+// Puts the attributes ordered on a clip: where they change, a segment for each stretch with all of them, and on the clip those that stay the same.
+void label_as_ordered(Clip& clip, const ClipOrder& order);
 
 // The generator a model file holds. Error(data) for kinds that generate nothing, naming those that do.
 std::unique_ptr<Generator> make_generator(const store::ModelFile& model, const std::string& file);

@@ -68,6 +68,7 @@ class MotionCellGenerator final : public Generator {
   double frame_rate_hz() const override { return rate_; }
   std::string contacts_rule() const override { return contacts_; }
   std::int64_t default_frames() const override { return default_frames_; }
+  std::int64_t schedule_step() const override { return sampler_->config().word_length; }
 
   std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const override {
     std::vector<motion_cell::ClipRequest> requests;
@@ -77,6 +78,11 @@ class MotionCellGenerator final : public Generator {
       r.stream = order.stream;
       r.frames = order.frames;
       r.schedule.push_back({0, classes_of(order.attributes)});
+      for (const auto& change : order.schedule) {
+        if (change.frame % schedule_step() != 0 || change.frame / schedule_step() <= r.schedule.back().word)
+          throw Error(Exit::internal, {}, "attributes change at frames that are no ascending multiples of a word");
+        r.schedule.push_back({change.frame / schedule_step(), classes_of(change.attributes)});
+      }
       requests.push_back(std::move(r));
     }
     motion_cell::SampleOptions options;
@@ -131,7 +137,7 @@ class MotionCellGenerator final : public Generator {
       }
     Clip clip = features::decode_motion_cell(x, skeleton_, rate_, representation_);
     clip.name = order.name;
-    clip.attributes = order.attributes;
+    label_as_ordered(clip, order);
     if (preset_) clip.contacts = label_contacts(clip, *preset_);
     return clip;
   }

@@ -198,12 +198,12 @@ torch::Tensor MotionCellTraining::shard_loss(int shard, train::LossTerms& terms)
   const std::int64_t count = batch_.features.size(0), words = batch_.features.size(1) / network.word_length;
   const auto [first, last] = nn::shard_range(count, config_.shards, shard);
   const std::int64_t rows = last - first;
-  train::Batch part{batch_.features.narrow(0, first, rows), batch_.mask.narrow(0, first, rows), batch_.classes.narrow(0, first, rows)};
+  const train::Batch part = train::rows(batch_, first, rows);
   const Weights w = weights(step_);
   Random random(config_.seed, stream_of(kNoise, static_cast<std::uint64_t>(step_), static_cast<std::uint64_t>(shard)));
   CellInput input;
   input.x = part.features;
-  input.classes = part.classes;
+  input.classes = train::word_classes(part, network.word_length);
   input.posterior_noise = nn::normal_tensor({words, rows, network.latent}, random);
   input.initial_noise = nn::normal_tensor({rows, 2 * network.hidden}, random);
   if (w.own_output > 0) {
@@ -239,7 +239,7 @@ std::optional<double> MotionCellTraining::validation_loss() {
     Random random(config_.seed, stream_of(kValidation, begin));
     CellInput input;
     input.x = batch.features;
-    input.classes = batch.classes;
+    input.classes = train::word_classes(batch, network.word_length);
     input.posterior_noise = nn::normal_tensor({words, batch.features.size(0), network.latent}, random);
     input.initial_noise = nn::normal_tensor({batch.features.size(0), 2 * network.hidden}, random);
     const Parts parts = objective(batch, input, {1, 0, 1}, packed);

@@ -98,3 +98,35 @@
 0 . canonicalize -q corpus/walking_f001_1.bvh corpus/jogging_m001_1.bvh --labels corpus/labels.tsv -o p.h5 && train-vrnn -q p.h5 --steps 2 --batch 2 --window 6 --pretrain-steps 0 -o p.model
 0 true sample -q -m p.model -n 4 --frames 6 -o p4.h5 && ./q 'sorted({*zip(a[0].attribute("action"), a[0].attribute("gender"))}) == [("jogging", "male"), ("walking", "female")]' p4.h5
 2 ~expected.one.of.action=jogging.gender=male;.action=walking.gender=female sample -m p.model --attr action=walking --attr gender=male -o x.h5
+
+# attributes over time
+0 true printf 'start\tend\taction\n0\t1\twalking\n1\t2.04\tjogging\n2.04\t3\twalking\n' > s.tsv; sample -q -m m.h5 -n 2 --schedule s.tsv -o sched.h5 && ./q 'list(a[0].f["segments/start"][()]) == [0, 30, 60] * 2 and list(a[0].f["segments/length"][()]) == [30] * 6 and a[0].length == [90, 90] and a[0].names == ["schedule-0", "schedule-1"] and a[0].attribute("gender") == ["female", "male"] and "action" not in a[0].f["clips/attributes"]' sched.h5
+0 true ./q '[v.decode() for v in a[0].f["segments/attributes/action"][()]] == ["walking", "jogging", "walking"] * 2 and [v.decode() for v in a[0].f["segments/attributes/gender"][()]] == ["female"] * 3 + ["male"] * 3 and a[0].history[2]["inputs"][1] == {"path": "s.tsv", "sha256": sha("s.tsv")}' sched.h5
+0 . motion-info --check full sched.h5
+0 true sample -q -m m.h5 -n 1 --frames 90 --attr action=walking --attr gender=female -o plain.h5; ./q 'np.allclose(a[0].clip(0)[0][:30], a[1].clip(0)[0][:30], atol=1e-6) and np.abs(a[0].clip(0)[0][30:60] - a[1].clip(0)[0][30:60]).max() > 1e-4' sched.h5 plain.h5
+0 . sample -q -m m.h5 -n 2 -j 1 --schedule - -o stdin2.h5 < s.tsv && motion-info sched.h5 | grep digest > d2 && motion-info stdin2.h5 | grep digest | cmp - d2
+0 true printf 'clip\tstart\taction\tgender\na\t0\twalking\tmale\nb\t0\tlifting\t\na\t2\tjogging\t\n' > two.tsv; sample -q -m m.h5 --schedule two.tsv --frames 75 -o two.h5 && ./q 'a[0].names == ["a-0", "b-1"] and a[0].attribute("action") == ["", "lifting"] and a[0].attribute("gender") == ["male", "female"] and a[0].length == [75, 75]' two.h5
+0 true sample -q -m m.h5 --schedule s.tsv --attr gender=male -n 2 -o male.h5 && ./q 'a[0].attribute("gender") == ["male"] * 2' male.h5
+2 ~the.schedule.sets.gender.from.the.start sample -m m.h5 --schedule two.tsv --attr gender=male -o x.h5
+2 ~the.schedule.sets.action.from.the.start sample -m m.h5 --schedule s.tsv --attr action=jogging -o x.h5
+2 ~--frames.and.a.schedule sample -m m.h5 --schedule s.tsv --frames 90 -o x.h5
+2 ~expected.one.of.them.to.be.a.file sample -m - --schedule - -o x.h5 < m.h5
+3 ~^sample:.gap\.tsv:3:.a.gap:.a.start.at.2.s printf 'start\tend\taction\n0\t1\twalking\n2\t3\tjogging\n' > gap.tsv; sample -m m.h5 --schedule gap.tsv -o x.h5
+3 ~^sample:.late\.tsv:2:.a.gap printf 'start\taction\n1\twalking\n' > late.tsv; sample -m m.h5 --schedule late.tsv -o x.h5
+3 ~^sample:.down\.tsv:4:.*after.the.2.s.of.line.3 printf 'start\taction\n0\twalking\n2\tjogging\n1\twalking\n' > down.tsv; sample -m m.h5 --schedule down.tsv -o x.h5
+3 ~^sample:.val\.tsv:3:action:.*not.trained.on.'dancing',.expected.jogging,.jumping,.lifting,.walking printf 'start\taction\n0\twalking\n2\tdancing\n' > val.tsv; sample -m m.h5 --schedule val.tsv -o x.h5
+3 ~^sample:.attr\.tsv:1:mood:.*no.attribute.'mood',.expected.action,.gender printf 'start\tmood\n0\tglad\n' > attr.tsv; sample -m m.h5 --schedule attr.tsv -o x.h5
+3 ~^sample:.beyond\.tsv:3:start:.5.s,.expected.a.time.within.the.140.frames printf 'start\taction\n0\twalking\n5\tjogging\n' > beyond.tsv; sample -m m.h5 --schedule beyond.tsv -o x.h5
+3 ~^sample:.fine\.tsv:3:start:.*same.word printf 'start\taction\n0\twalking\n0.02\tjogging\n' > fine.tsv; sample -m m.h5 --schedule fine.tsv -o x.h5
+3 ~^sample:.absent\.tsv sample -m m.h5 --schedule absent.tsv -o x.h5
+0 ~warning:.u\.tsv:3:.*action=jogging.gender=female.together printf 'start\taction\n0\twalking\n1\tjogging\n' > u.tsv; sample -m p.model --schedule u.tsv -n 3 --frames 60 -o u.h5
+0 true ./q 'a[0].attribute("gender") == ["female"] * 3' u.h5
+1 . test -e x.h5
+
+# ended at rest: a model of three steps never rests, so the noise's slowest steps stand for it; what is left is the beginning of the same motion
+0 true sample -q -m m.h5 -n 8 --stop-when-still -o never.h5 && ./q 'all(equal(a[0].clip(i), a[1].clip(i)) for i in range(8))' never.h5 eight.h5
+0 ~[1-8].of.8.motions.came.to.rest sample -m m.h5 -n 8 --stop-when-still --still-speed 45 --still-seconds 0.03 -o stopped.h5
+0 true ./q 'min(a[0].length) < 140 and min(a[0].length) >= 30 and all(equal(a[0].clip(i), [x[:n] for x in a[1].clip(i)]) for i, n in enumerate(a[0].length)) and set(a[0].f["clips/source_end"][()]) == {0}' stopped.h5 eight.h5
+0 true sample -q -m m.h5 -n 2 --schedule s.tsv --stop-when-still --still-speed 1e-9 -o sw.h5 && ./q 'a[0].length == [90, 90] and list(a[0].f["segments/start"][()]) == [0, 30, 60] * 2' sw.h5
+2 ~above.0 sample -m m.h5 --stop-when-still --still-speed 0 -o x.h5
+2 ~above.0 sample -m m.h5 --stop-when-still --still-seconds nan -o x.h5

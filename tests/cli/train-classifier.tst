@@ -38,7 +38,7 @@
 0 ~^accuracy.[01]\.[0-9]+,.mean.over.classes.*8.clips ./t c.h5 --epochs 2 --val val.h5 -o v2.h5
 0 true ./t c.h5 --epochs 1 --half A -o half-a.h5 && ./t c.h5 --epochs 1 --half B -o half-b.h5 && ./q 'not m[0].sources() & m[1].sources() and m[0].sources() | m[1].sources() == m[2].sources() and len(m[0].sources()) == 8' half-a.h5 half-b.h5 a.h5
 0 true ./t c.h5 --epochs 1 --half A --half-seed 9 -o half-9.h5 && ./q 'm[0].sources() != m[1].sources()' half-a.h5 half-9.h5
-0 true train-classifier -q c.h5 --attribute gender --epochs 1 --batch 5 --window 20 --noise 0.1 --learning-rate 0.002 --shards 3 --device cpu --weights-only --checkpoint-minutes 1 -o g.h5 && ./q '[(t["batch"], t["window"], t["noise"], t["learning_rate"]["rate"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(5, 20, 0.1, 0.002, 3)] and m[0].json("config")["crops"] == {"longest": 20, "shortest": 8} and list(m[0].f["vocabulary"]) == ["gender"] and "training" not in m[0].f' g.h5
+0 true train-classifier -q c.h5 --attribute gender --epochs 1 --batch 5 --window 20 --noise 0.1 --learning-rate 0.002 --shards 3 --device cpu --weights-only --checkpoint-minutes 1 --checkpoint-epochs 1 --val-epochs 1 -o g.h5 && ./q '[(t["batch"], t["window"], t["noise"], t["learning_rate"]["rate"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(5, 20, 0.1, 0.002, 3)] and m[0].json("config")["crops"] == {"longest": 20, "shortest": 8} and list(m[0].f["vocabulary"]) == ["gender"] and "training" not in m[0].f' g.h5
 0 ~classes.of.action train-classifier c.h5 --attribute action --epochs 1 -o said.h5
 0 ~8.clips.are.left.out train-classifier two.h5 --attribute action --epochs 1 -o two-model.h5
 0 . ./t c.h5 --epochs 2 --resume -o a.h5 && cmp a.h5 b.h5

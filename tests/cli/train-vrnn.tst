@@ -131,3 +131,15 @@
 0 true train-vrnn -q c.h5 --batch 4 --window 6 --epochs 5 -o share.h5 && ./q 'm[0].json("config")["training"]["steps"] == 10 and m[0].json("config")["training"]["pretraining"]["steps"] == 2' share.h5
 2 ~is.the.archive.to.train.on cp c.h5 own.h5; train-vrnn own.h5 --steps 2 -f -o own.h5
 0 . cmp c.h5 own.h5
+
+# attributes that change within a clip: only these archives have other classes than the clip's own, and only these train differently
+0 ~2.clips.change make-corpus -q --subjects 1 --seconds 4 --transitions 1 --action walking --action jogging -o tc && canonicalize -q tc --labels tc/labels.tsv -o tc.h5 && train-vrnn tc.h5 --batch 4 --window 90 --steps 2 -o tc-model.h5
+0 true train-vrnn -q tc.h5 --batch 4 --window 90 --steps 6 -j 2 -o tc2.h5 && train-vrnn -q tc.h5 --batch 4 --window 90 --steps 6 -j 1 -o tc1.h5 && cmp tc1.h5 tc2.h5 && sed -E 's/^(transition[^\t]*\t)jogging/\1walking/' tc/labels.tsv > walks.tsv && canonicalize -q tc --labels walks.tsv -o walks.h5 && train-vrnn -q walks.h5 --batch 4 --window 90 --steps 6 -o walks-model.h5 && ./q 'not same(m[0].weights(), m[1].weights()) and m[0].json("config")["combinations"] == m[1].json("config")["combinations"]' tc1.h5 walks-model.h5
+
+# clips without a label: left out, or filled from what a classifier found
+0 . (head -1 corpus/labels.tsv; grep -v m001 corpus/labels.tsv | tail -n +2; grep m001 corpus/labels.tsv | sed 's/^\([^\t]*\t\)[a-z]*/\1/') > partly.tsv && canonicalize -q corpus --labels partly.tsv -o partly.h5 && train-classifier -q c.h5 --attribute action --epochs 2 -o action.h5 && classify -q partly.h5 -m action.h5 --min-probability 1 -o found.h5 > /dev/null
+0 ~4.of.8.clips.are.left.out:.they.lack.a.label$ train-vrnn partly.h5 --batch 4 --window 6 --steps 2 --unlabelled fill -o partly-model.h5
+0 ~4.of.8.clips.are.left.out.*--unlabelled.fill.would.use.4 train-vrnn found.h5 --batch 4 --window 6 --steps 2 --unlabelled drop -o dropped.h5
+0 ~4.of.8.clips.lack.a.label:.each.draw.takes.one train-vrnn found.h5 --batch 4 --window 6 --steps 2 --unlabelled fill --val found.h5 -o filled.h5
+0 true ./q 'not same(m[0].weights(), m[1].weights()) and same(m[1].weights(), m[2].weights()) and m[0].f["data/train_sources"].shape == (8,)' filled.h5 dropped.h5 partly-model.h5
+2 ~expected.one.of ./t found.h5 --steps 2 --unlabelled guess -o x.h5

@@ -103,6 +103,24 @@ TEST(Clip, WorldPoseUsesTranslationsWhereThereAre) {
   EXPECT_LT((pose.positions[1] - (c.root_position[3] + c.rotations[6] * Vector3(0, 0, 1))).norm(), 1e-14);
 }
 
+TEST(Clip, WithoutFramesIsAllThatFramesDoNotDecide) {
+  Clip c = sample();
+  c.attribute_probability = {{"action", {{"walking", 0.75f}, {"jogging", 0.25f}}}};
+  Clip out = without_frames(c);
+  EXPECT_EQ(out.frames(), 0u);
+  EXPECT_TRUE(out.rotations.empty() && out.translations.empty() && out.contacts.empty() && out.segments.empty());
+  EXPECT_EQ(out.name, "walk");
+  EXPECT_EQ(out.skeleton, c.skeleton);
+  EXPECT_EQ(out.frame_rate_hz, 10);
+  EXPECT_EQ(out.attributes, c.attributes);
+  EXPECT_EQ(out.attribute_probability, c.attribute_probability);
+  EXPECT_EQ(out.path.size(), 2u);
+  EXPECT_EQ(out.source.path, "walk.bvh");
+  EXPECT_EQ(out.source.phase, 3);
+  EXPECT_TRUE(out.source.mirrored);
+  EXPECT_EQ(cut(c, 1, 2).attribute_probability, c.attribute_probability);
+}
+
 TEST(Cut, TakesTheFramesAndMovesTheRest) {
   const Clip c = sample(), part = cut(c, 2, 3);
   EXPECT_EQ(part.frames(), 3u);

@@ -68,11 +68,23 @@ TEST(Resample, WholeRatiosPickFramesUnchanged) {
 TEST(Resample, SegmentsAndContactsMoveAlong) {
   Clip clip = steady(120, 241);
   clip.segments = {{0, 120, {{"action", "walking"}}}, {120, 121, {{"action", "jogging"}}}};
+  clip.attribute_probability = {{"action", {{"walking", 0.5f}}}};
   const Clip out = resample(clip, 30);
+  EXPECT_EQ(out.attribute_probability, clip.attribute_probability);
   ASSERT_EQ(out.segments.size(), 2u);
   EXPECT_EQ(out.segments[0].length, 30);
   EXPECT_EQ(out.segments[1].start, 30);
   EXPECT_EQ(out.segments[1].attributes.at("action"), "jogging");
+  // Whatever the phase, segments that cover the clip cover it still, and a frame is in the segment that its source frame is in.
+  clip.segments = {{0, 122, {{"action", "walking"}}}, {122, 119, {{"action", "jogging"}}}};
+  for (int phase = 0; phase < 4; ++phase) {
+    const Clip shifted = resample(clip, 30, phase);
+    ASSERT_EQ(shifted.segments.size(), 2u) << phase;
+    EXPECT_EQ(shifted.segments[0].start, 0) << phase;
+    EXPECT_EQ(shifted.segments[0].length, phase < 2 ? 31 : 30) << phase;  // frame 30 is source frame 120 + phase
+    EXPECT_EQ(shifted.segments[1].start, shifted.segments[0].length) << phase;
+    EXPECT_EQ(shifted.segments[1].start + shifted.segments[1].length, static_cast<std::int64_t>(shifted.frames())) << phase;
+  }
   EXPECT_EQ(out.contacts[30][0], 0);
   EXPECT_EQ(out.contacts[31][0], 1);
 }

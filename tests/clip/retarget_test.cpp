@@ -399,8 +399,10 @@ TEST(Canonicalize, PutsAnyClipInItsPlace) {
   Clip clip = random_pose_clip(rig(1.2, 0.7, false, kMixamo), 5, 0.1);
   for (auto& p : clip.root_position) p += Vector3(3, 4, 0.3);
   clip.frame_rate_hz = 60;
+  clip.attribute_probability = {{"action", {{"walking", 0.5f}}}};
   const Canonicalizer canonicalize{CanonicalizeOptions{}};
   const Clip out = canonicalize(clip).clips.at(0);
+  EXPECT_EQ(out.attribute_probability, clip.attribute_probability) << "through retargeting and resampling";
   EXPECT_EQ(out.frame_rate_hz, 30);
   EXPECT_LT(out.root_position[0].head<2>().norm(), 1e-12);
   Pose p;

@@ -138,6 +138,38 @@ TEST(Generator, SeedStreamClassesAndNoiseMatter) {
   EXPECT_NE(first(other), base);
 }
 
+TEST(Generator, AttributesChangeAsScheduled) {
+  const auto generator = make_generator(random_model(), "m");
+  EXPECT_EQ(generator->schedule_step(), 3);
+  ClipOrder order = orders(1, 45)[0];  // jumps, glad
+  const Clip plain = generator->sample({order}, {})[0];
+  EXPECT_TRUE(plain.segments.empty());
+  order.schedule = {{15, {{"action", "walk"}, {"mood", "glad"}}}, {30, {{"action", "jump"}, {"mood", "glad"}}}};
+  const Clip changed = generator->sample({order}, {})[0];
+  EXPECT_NO_THROW(changed.validate());
+  ASSERT_EQ(changed.segments.size(), 3u);
+  EXPECT_EQ(changed.segments[1].start, 15);
+  EXPECT_EQ(changed.segments[1].length, 15);
+  EXPECT_EQ(changed.segments[1].attributes, (Attributes{{"action", "walk"}, {"mood", "glad"}}));
+  EXPECT_EQ(changed.segments[2].attributes.at("action"), "jump");
+  EXPECT_EQ(changed.attributes, (Attributes{{"mood", "glad"}})) << "of the whole clip, what does not change";
+  for (std::size_t i = 0; i < 15 * 22; ++i) ASSERT_LT(changed.rotations[i].angularDistance(plain.rotations[i]), 1e-9) << "the same up to the change";
+  double far = 0;
+  for (std::size_t i = 15 * 22; i < 45 * 22; ++i) far = std::max(far, changed.rotations[i].angularDistance(plain.rotations[i]));
+  EXPECT_GT(far, 1e-4);
+  // A change to what it was before changes nothing but the labels.
+  order.schedule = {{15, order.attributes}};
+  const Clip same = generator->sample({order}, {})[0];
+  EXPECT_EQ(same.rotations.back().coeffs(), plain.rotations.back().coeffs());
+  EXPECT_EQ(same.attributes, order.attributes);
+  EXPECT_EQ(same.segments.size(), 2u);
+  // Within a word, at the start or backwards: a bug of the caller.
+  for (const std::int64_t frame : {1, 0, 16}) {
+    order.schedule[0].frame = frame;
+    EXPECT_THROW((void)generator->sample({order}, {}), Error) << frame;
+  }
+}
+
 TEST(Generator, AnotherKindNamesThoseThatGenerate) {
   auto m = random_model();
   m.kind = "classifier";
