@@ -140,7 +140,7 @@
 0 ~erd motion-info erd.h5
 0 . motion-info --check full quaternet.h5
 1 . ./b --arch erd --steps 6 --input-noise 0 0.5 0.4 -o noise.h5 && cmp -s erd.h5 noise.h5
-0 true ./b --arch quaternet --preset paper --steps 1 --epochs 1 -o x.h5 2> both; grep -q 'both --steps' both && ./b --arch quaternet --val val.h5 --steps 2 --input-noise 0.25 0.5 0.125 --own-output 0.3 0.4 --own-output-rate 0.875 --learning-rate 0.002 --velocity-weight 0.25 --shards 3 --window 8 -o o.h5 && ./q '[(t["shards"], t["windows"], t["learning_rate"]["rate"], t["velocity_weight"], t["own_output"], t["input_noise"]["ramp"]) for t in [m[0].json("config")["training"]]] == [(3, [{"begin": 0.0, "frames": 6}], 0.002, 0.25, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.875}, {"begin": 0.25, "end": 0.5, "from": 0, "to": 0.125})]' o.h5
+0 true train-vrnn -q c.h5 --batch 4 --arch quaternet --val val.h5 --steps 2 --input-noise 0.25 0.5 0.125 --own-output 0.3 0.4 --own-output-rate 0.875 --learning-rate 0.002 --velocity-weight 0.25 --shards 3 --window 8 -o o.h5 && ./q '[(t["shards"], t["windows"], t["learning_rate"]["rate"], t["velocity_weight"], t["own_output"], t["input_noise"]["ramp"]) for t in [m[0].json("config")["training"]]] == [(3, [{"begin": 0.0, "frames": 6}], 0.002, 0.25, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.875}, {"begin": 0.25, "end": 0.5, "from": 0, "to": 0.125})]' o.h5
 0 true train-vrnn -q c.h5 --arch erd --preset paper --epochs 1 --batch 4 --window 6 --weights-only -o ep.h5 && ./q 'm[0].json("config")["network"]["hidden"] == 1000 and m[0].json("config")["training"]["steps"] == 2' ep.h5
 0 ~quaternet:.8.clips.*parameters,.2.steps train-vrnn --arch quaternet --batch 4 --window 6 c.h5 --steps 2 -o said-q.h5
 0 . for a in quaternet erd; do sample -q -m $a.h5 -n 8 --frames 20 -j 2 -o s-$a.h5 && sample -q -m $a.h5 -n 8 --frames 20 -j 1 -o - | cmp - s-$a.h5 && motion-info --check full s-$a.h5 || exit 9; done
@@ -149,7 +149,7 @@
 75 . for a in quaternet erd; do ./b --arch $a --steps 120 -o one-$a.h5 || exit 9; done; ./stop TERM ./b --arch erd --steps 120 -o sig.h5 -f
 0 . ./b --arch erd --steps 120 --resume -j 1 -o sig.h5 && cmp sig.h5 one-erd.h5 && cmp sig.h5.log.tsv one-erd.h5.log.tsv
 2 ~was.trained.with.kind ./b --arch quaternet --steps 120 --resume -o sig.h5
-75 . ./stop KILL ./b --arch quaternet --steps 120 -o sig.h5 -f; ./stop TERM ./b --arch quaternet --steps 120 -o sig.h5 --resume
+75 . rm sig.h5; ./stop KILL ./b --arch quaternet --steps 120 -o sig.h5; ./stop TERM ./b --arch quaternet --steps 120 -o sig.h5 --resume
 0 . ./b --arch quaternet --steps 120 --resume -j 2 -o sig.h5 && cmp sig.h5 one-quaternet.h5 && cmp sig.h5.log.tsv one-quaternet.h5.log.tsv
 3 ~diverged.at.step.[0-9]+ ./b --arch erd --steps 20 --learning-rate 1e30 -o div.h5
 2 ~expected.one.of ./b --arch lstm --steps 2 -o x.h5
