@@ -38,7 +38,7 @@ class TrainVrnn final : public tools::TrainingTool {
     app.add_option("--input-noise", input_noise_, "quaternet, erd: progress at which Gaussian noise on the input starts and is full, and its deviation then, of standardised features; it grows in 5 steps (quaternet 0.1 0.6 0, erd 0.1 0.6 0.2)")
         ->expected(3)
         ->check(cli::non_negative("NUMBER"));
-    app.add_option("--preset", preset_, "sizes and schedules: paper (Table 1, 1,600 epochs) or small (GRU cells of 256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
+    app.add_option("--preset", preset_, "sizes and schedules: paper (Table 1, or the baselines' own papers; 1,600 epochs) or small (recurrent layers of 256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_option("--attribute", attributes_, "attribute to condition on (repeatable; default: all that label at least half of the clips, but subject; clips without them are left out)");
     app.add_option("--val", validation_, "archive whose loss is logged, without effect on the weights")->check(cli::path());
     app.add_option("--steps", steps_, "optimiser steps, word pretraining included")->check(cli::whole(1, 1000000000, "STEPS"));
