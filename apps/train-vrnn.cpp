@@ -4,6 +4,7 @@
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
 #include "libmocap/cli/validators.hpp"
+#include "libmodels/baselines/training.hpp"
 #include "libmodels/motion_cell/training.hpp"
 #include "libmodels/tools/training_tool.hpp"
 
@@ -14,7 +15,7 @@ using namespace mocap;
 class TrainVrnn final : public tools::TrainingTool {
  public:
   std::string name() const override { return "train-vrnn"; }
-  std::string synopsis() const override { return "Train the Motion Cell, a hierarchical recurrent latent-variable model of motion, on a motion archive"; }
+  std::string synopsis() const override { return "Train the Motion Cell, a hierarchical recurrent latent-variable model of motion, or one of its baselines, on a motion archive"; }
   std::string description() const override {
     return "Writes a model file that `sample` generates motion from, with a log (OUTPUT.log.tsv) and two checkpoints (OUTPUT.ckpt-1, OUTPUT.ckpt-2) beside it while it "
            "runs. Stop it at any moment (Ctrl-C, SIGTERM and SIGUSR1 write a checkpoint and end with status 75) and run the same line with --resume to continue to the "
@@ -24,13 +25,20 @@ class TrainVrnn final : public tools::TrainingTool {
   std::vector<cli::Example> examples() const override {
     return {{"train-vrnn train.h5 --preset small --val val.h5 -o model.h5", "minutes on two cores"},
             {"train-vrnn train.h5 --preset paper --resume -o model.h5", "the paper's size; the same line starts and continues it"},
+            {"train-vrnn train.h5 --arch quaternet --own-output-rate 0.9 -o quaternet.h5", "a deterministic baseline: same batches, steps and loss"},
             {"train-vrnn train.h5 --preset small --steps 9000 --attribute action -o model.h5", "longer, and conditioned on one attribute alone"}};
   }
   std::vector<std::string> references() const override {
     return {"Ghorbani et al. 2020, Probabilistic Character Motion Synthesis using a Hierarchical Deep Latent Variable Model, sections 3 and 4, Table 1"};
   }
   void options(CLI::App& app) override {
-    app.add_option("--preset", preset_, "sizes and schedules: paper (Table 1, 1,600 epochs) or small (GRU cells of 256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
+    app.add_option("--arch", arch_, "motion-cell, or a deterministic baseline of the paper's section 5.1 trained the same way: quaternet (Pavllo et al. 2019) or erd (Fragkiadaki et al. 2015)")
+        ->check(cli::one_of({"motion-cell", "quaternet", "erd"}))
+        ->capture_default_str();
+    app.add_option("--input-noise", input_noise_, "quaternet, erd: progress at which Gaussian noise on the input starts and is full, and its deviation then, of standardised features; it grows in 5 steps (quaternet 0.1 0.6 0, erd 0.1 0.6 0.2)")
+        ->expected(3)
+        ->check(cli::non_negative("NUMBER"));
+    app.add_option("--preset", preset_, "sizes and schedules: paper (Table 1, or the baselines' own papers; 1,600 epochs) or small (recurrent layers of 256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_option("--attribute", attributes_, "attribute to condition on (repeatable; default: all that label at least half of the clips, but subject; clips without them are left out)");
     app.add_option("--unlabelled", unlabelled_, "clips that lack a label: drop, or fill: draw it each time from the probabilities that `classify` left in the archive")
         ->check(cli::one_of({"drop", "fill"}))
@@ -47,7 +55,7 @@ class TrainVrnn final : public tools::TrainingTool {
     app.add_option("--own-output", own_output_, "progress at which replacing input words by the model's own output starts, and at which it replaces all (preset)")
         ->expected(2)
         ->check(cli::between(0, 1, "PROGRESS"));
-    app.add_option("--own-output-rate", own_output_rate_, "share of input words replaced in the end (preset)")->check(cli::between(0, 1, "SHARE"));
+    app.add_option("--own-output-rate", own_output_rate_, "share of input words (quaternet, erd: frames) replaced in the end (preset; quaternet 0.75, erd 0.5)")->check(cli::between(0, 1, "SHARE"));
     app.add_option("--pretrain-steps", pretrain_, "of --steps, steps on single words without recurrence at the start (preset)")->check(cli::whole(0, 1000000000, "STEPS"));
     add_loop_options(app);
   }
@@ -67,6 +75,8 @@ class TrainVrnn final : public tools::TrainingTool {
     if (!validation_.empty()) validation = std::make_unique<train::MotionDataset>(validation_, features::RotationRepresentation::quaternion, attributes_, &data, unlabelled());
     motion_cell::TrainingConfig config = configuration(static_cast<std::int64_t>(data.clips().size()));
     config.seed = context.seed();
+    if (arch_ != "motion-cell") return train_baseline(context, config, data, validation.get());
+    if (!input_noise_.empty()) refuse_usage("--input-noise with --arch motion-cell, expected quaternet or erd");
     motion_cell::MotionCellTraining training(motion_cell::MotionCellConfig::preset(preset_), config, data, validation.get());
     log::info("{} clips, {} frames, {} combinations of attributes; {} parameters, {} steps", data.clips().size(), data.frames(), data.combinations().size(),
               training.network().parameter_count(), training.steps());
@@ -78,6 +88,36 @@ class TrainVrnn final : public tools::TrainingTool {
 
  private:
   train::Unlabelled unlabelled() const { return unlabelled_ == "fill" ? train::Unlabelled::fill : train::Unlabelled::drop; }
+
+  // The deterministic baselines take over batches, windows, schedules and length of the Motion Cell's training.
+  Exit train_baseline(cli::Context& context, const motion_cell::TrainingConfig& c, const train::MotionDataset& data, const train::MotionDataset* validation) const {
+    if (scale_ || !kl_ramp_.empty() || pretrain_) refuse_usage(fmt::format("--reconstruction-scale, --kl-ramp or --pretrain-steps with --arch {}, which has no latent variable", arch_));
+    const auto arch = arch_ == "erd" ? baselines::Arch::erd : baselines::Arch::quaternet;
+    baselines::TrainingConfig config = baselines::TrainingConfig::of(arch);
+    config.steps = c.steps > 0 ? c.steps : c.epochs * ((static_cast<std::int64_t>(data.clips().size()) + c.batch - 1) / c.batch);
+    config.batch = c.batch;
+    config.shards = c.shards;
+    config.seed = c.seed;
+    config.root_weight = c.root_weight;
+    config.unit_norm_weight = c.unit_norm_weight;
+    config.velocity_weight = c.velocity_weight;
+    config.joint_weight_floor = c.joint_weight_floor;
+    config.gradient_limit = c.gradient_limit;
+    config.learning_rate = c.learning_rate;
+    config.windows.clear();
+    for (const auto& w : c.windows) config.windows.push_back({w.begin, w.frames});
+    config.own_output = {0, own_output_rate_.value_or(config.own_output.to), c.own_output.begin, c.own_output.end};
+    if (!input_noise_.empty()) {
+      if (input_noise_[0] > input_noise_[1] || input_noise_[1] > 1) refuse_usage(fmt::format("--input-noise {} {}, expected the start before the end and both in 0..1", input_noise_[0], input_noise_[1]));
+      config.input_noise.ramp = {0, input_noise_[2], input_noise_[0], input_noise_[1]};
+    }
+    baselines::BaselineTraining training(baselines::BaselineConfig::preset(arch, preset_), config, data, validation);
+    log::info("{}: {} clips, {} frames, {} combinations of attributes; {} parameters, {} steps", arch_, data.clips().size(), data.frames(), data.combinations().size(),
+              training.network().parameter_count(), training.steps());
+    std::vector<HistoryInput> inputs = {{context.inputs()[0].label, data.file_sha256()}};
+    if (validation) inputs.push_back(tools::history_input(validation_, validation->file_sha256()));
+    return train(context, training, data.header().history, std::move(inputs));
+  }
 
   motion_cell::TrainingConfig configuration(std::int64_t clips) const {
     auto c = motion_cell::TrainingConfig::preset(preset_);
@@ -107,11 +147,11 @@ class TrainVrnn final : public tools::TrainingTool {
     return c;
   }
 
-  std::string preset_ = "small", validation_, unlabelled_ = "drop";
+  std::string arch_ = "motion-cell", preset_ = "small", validation_, unlabelled_ = "drop";
   std::vector<std::string> attributes_;
   std::optional<std::int64_t> steps_, epochs_, batch_, window_, pretrain_;
   std::optional<double> rate_, scale_, velocity_, own_output_rate_;
-  std::vector<double> kl_ramp_, own_output_;
+  std::vector<double> kl_ramp_, own_output_, input_noise_;
 };
 
 }  // namespace

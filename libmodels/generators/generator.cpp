@@ -1,6 +1,7 @@
 #include "libmodels/generators/generator.hpp"
 
 #include "libmocap/base/error.hpp"
+#include "libmodels/generators/baseline_generator.hpp"
 #include "libmodels/generators/motion_cell_generator.hpp"
 
 namespace mocap::generators {
@@ -11,7 +12,7 @@ struct Entry {
   const char* kind;
   std::unique_ptr<Generator> (*make)(const store::ModelFile&, const std::string&);
 };
-constexpr Entry kKinds[] = {{"motion-cell", make_motion_cell_generator}};
+constexpr Entry kKinds[] = {{"motion-cell", make_motion_cell_generator}, {"quaternet", make_baseline_generator}, {"erd", make_baseline_generator}};
 
 }  // namespace
 

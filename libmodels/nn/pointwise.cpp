@@ -116,6 +116,44 @@ struct GruGatesBackward {
   }
 };
 
+struct LstmGates {
+  template <class T>
+  MOCAP_INLINE static void run(int rows, int hidden, T* gates, const T* c, std::int64_t ldc, T* c_next,
+                               std::int64_t ldcn, T* h_next, std::int64_t ldhn) {
+    for (int row = 0; row < rows; ++row, gates += 4 * hidden, c += ldc, c_next += ldcn, h_next += ldhn)
+#pragma GCC ivdep
+      for (int k = 0; k < hidden; ++k) {
+        const T i = sigmoid_of(gates[k]), f = sigmoid_of(gates[hidden + k]), g = tanh_of(gates[2 * hidden + k]),
+                o = sigmoid_of(gates[3 * hidden + k]);
+        gates[k] = i;
+        gates[hidden + k] = f;
+        gates[2 * hidden + k] = g;
+        gates[3 * hidden + k] = o;
+        const T next = f * c[k] + i * g;
+        c_next[k] = next;
+        h_next[k] = o * tanh_of(next);
+      }
+  }
+};
+
+struct LstmGatesBackward {
+  template <class T>
+  MOCAP_INLINE static void run(int rows, int hidden, const T* gates, const T* c, std::int64_t ldc, const T* c_next,
+                               std::int64_t ldcn, const T* dh, std::int64_t lddh, T* dc, std::int64_t lddc, T* d) {
+    for (int row = 0; row < rows; ++row, gates += 4 * hidden, d += 4 * hidden, c += ldc, c_next += ldcn, dh += lddh, dc += lddc)
+#pragma GCC ivdep
+      for (int k = 0; k < hidden; ++k) {
+        const T i = gates[k], f = gates[hidden + k], g = gates[2 * hidden + k], o = gates[3 * hidden + k];
+        const T t = tanh_of(c_next[k]), total = dc[k] + dh[k] * o * (T(1) - t * t);
+        d[k] = total * g * i * (T(1) - i);
+        d[hidden + k] = total * c[k] * f * (T(1) - f);
+        d[2 * hidden + k] = total * i * (T(1) - g * g);
+        d[3 * hidden + k] = dh[k] * t * o * (T(1) - o);
+        dc[k] = total * f;
+      }
+  }
+};
+
 struct Softplus {
   template <class T>
   MOCAP_INLINE static void run(std::int64_t count, const T* s, T floor, T* sigma) {
@@ -186,6 +224,16 @@ void gru_gates_backward(int rows, int hidden, const T* gates, const T* h, std::i
   dispatch<GruGatesBackward>(rows, hidden, gates, h, ldh, dh, ldd, d);
 }
 template <class T>
+void lstm_gates(int rows, int hidden, T* gates, const T* c, std::int64_t ldc, T* c_next, std::int64_t ldcn, T* h_next,
+                std::int64_t ldhn) {
+  dispatch<LstmGates>(rows, hidden, gates, c, ldc, c_next, ldcn, h_next, ldhn);
+}
+template <class T>
+void lstm_gates_backward(int rows, int hidden, const T* gates, const T* c, std::int64_t ldc, const T* c_next,
+                         std::int64_t ldcn, const T* dh, std::int64_t lddh, T* dc, std::int64_t lddc, T* d) {
+  dispatch<LstmGatesBackward>(rows, hidden, gates, c, ldc, c_next, ldcn, dh, lddh, dc, lddc, d);
+}
+template <class T>
 void softplus(std::int64_t count, const T* s, T floor, T* sigma) {
   dispatch<Softplus>(count, s, floor, sigma);
 }
@@ -203,6 +251,9 @@ void column_sum(int rows, int columns, const T* x, std::int64_t ld, T* out, bool
   template void elu_backward(int, int, const T*, std::int64_t, T*, std::int64_t);                      \
   template void gru_gates(int, int, const T*, const T*, const T*, std::int64_t, T*, T*, std::int64_t); \
   template void gru_gates_backward(int, int, const T*, const T*, std::int64_t, T*, std::int64_t, T*);  \
+  template void lstm_gates(int, int, T*, const T*, std::int64_t, T*, std::int64_t, T*, std::int64_t);  \
+  template void lstm_gates_backward(int, int, const T*, const T*, std::int64_t, const T*, std::int64_t, const T*, \
+                                    std::int64_t, T*, std::int64_t, T*);                               \
   template void softplus(std::int64_t, const T*, T, T*);                                               \
   template void softplus_backward(std::int64_t, const T*, T, T*);                                      \
   template void column_sum(int, int, const T*, std::int64_t, T*, bool);

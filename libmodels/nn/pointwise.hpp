@@ -30,6 +30,20 @@ template <class T>
 void gru_gates_backward(int rows, int hidden, const T* gates, const T* h, std::int64_t ldh, T* dh, std::int64_t ldd,
                         T* d);
 
+// LSTM gates in PyTorch's order i, f, g, o:
+//   i = sigma(.), f = sigma(.), g = tanh(.), o = sigma(.), c' = f c + i g, h' = o tanh(c')
+// gates (rows, 4H) without gaps: on entry the sums before the activations, afterwards i, f, g, o. c' may be c, h' any
+// array that is not the gates.
+template <class T>
+void lstm_gates(int rows, int hidden, T* gates, const T* c, std::int64_t ldc, T* c_next, std::int64_t ldcn, T* h_next,
+                std::int64_t ldhn);
+
+// From dh' and dc' (rows, H): d (rows, 4H) receives the gradients before the activations; dc' becomes that of c.
+// `d` may be `gates` itself.
+template <class T>
+void lstm_gates_backward(int rows, int hidden, const T* gates, const T* c, std::int64_t ldc, const T* c_next,
+                         std::int64_t ldcn, const T* dh, std::int64_t lddh, T* dc, std::int64_t lddc, T* d);
+
 // sigma = softplus(s) + floor.
 template <class T>
 void softplus(std::int64_t count, const T* s, T floor, T* sigma);

@@ -143,3 +143,31 @@
 0 ~4.of.8.clips.lack.a.label:.each.draw.takes.one train-vrnn found.h5 --batch 4 --window 6 --steps 2 --unlabelled fill --val found.h5 -o filled.h5
 0 true ./q 'not same(m[0].weights(), m[1].weights()) and same(m[1].weights(), m[2].weights()) and m[0].f["data/train_sources"].shape == (8,)' filled.h5 dropped.h5 partly-model.h5
 2 ~expected.one.of ./t found.h5 --steps 2 --unlabelled guess -o x.h5
+
+# the deterministic baselines: the same bytes for any thread count, samples, resume
+# setup: printf '#!/bin/sh\nexec train-vrnn -q c.h5 --batch 4 --window 6 "$@"\n' > b; chmod +x b
+0 . for a in quaternet erd; do ./b --arch $a --steps 6 -j 2 -o $a.h5 && ./b --arch $a --steps 6 -j 1 -o tmp/$a.h5 && cmp $a.h5 tmp/$a.h5 && cmp $a.h5.log.tsv tmp/$a.h5.log.tsv || exit 9; done
+0 true ./q '[m[i].f.attrs["kind"] in (k, k.encode()) for i, k in enumerate(["quaternet", "erd"])] == [True, True] and [(t["own_output"]["to"], t["input_noise"]["ramp"]["to"], t["velocity_weight"]) for t in [x.json("config")["training"] for x in m]] == [(0.75, 0, 0.7), (0.5, 0.2, 0.7)]' quaternet.h5 erd.h5
+0 ~own_output.input_noise.validation_loss head -1 erd.h5.log.tsv
+0 ~erd motion-info erd.h5
+0 . motion-info --check full quaternet.h5
+1 . ./b --arch erd --steps 6 --input-noise 0 0.5 0.4 -o noise.h5 && cmp -s erd.h5 noise.h5
+0 true train-vrnn -q c.h5 --batch 4 --arch quaternet --val val.h5 --steps 2 --input-noise 0.25 0.5 0.125 --own-output 0.3 0.4 --own-output-rate 0.875 --learning-rate 0.002 --velocity-weight 0.25 --shards 3 --window 8 -o o.h5 && ./q '[(t["shards"], t["windows"], t["learning_rate"]["rate"], t["velocity_weight"], t["own_output"], t["input_noise"]["ramp"]) for t in [m[0].json("config")["training"]]] == [(3, [{"begin": 0.0, "frames": 6}], 0.002, 0.25, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.875}, {"begin": 0.25, "end": 0.5, "from": 0, "to": 0.125})]' o.h5
+0 true train-vrnn -q c.h5 --arch erd --preset paper --epochs 1 --batch 4 --window 6 --weights-only -o ep.h5 && ./q 'm[0].json("config")["network"]["hidden"] == 1000 and m[0].json("config")["training"]["steps"] == 2' ep.h5
+0 ~quaternet:.8.clips.*parameters,.2.steps train-vrnn --arch quaternet --batch 4 --window 6 c.h5 --steps 2 -o said-q.h5
+0 . for a in quaternet erd; do sample -q -m $a.h5 -n 8 --frames 20 -j 2 -o s-$a.h5 && sample -q -m $a.h5 -n 8 --frames 20 -j 1 -o - | cmp - s-$a.h5 && motion-info --check full s-$a.h5 || exit 9; done
+3 ~^sample:.cut-erd\.h5 head -c 100000 erd.h5 > cut-erd.h5; sample -m cut-erd.h5 -o x.h5
+2 ~not.trained.on.'dancing' sample -m erd.h5 --attr action=dancing -o x.h5
+75 . for a in quaternet erd; do ./b --arch $a --steps 120 -o one-$a.h5 || exit 9; done; ./stop TERM ./b --arch erd --steps 120 -o sig.h5 -f
+0 . ./b --arch erd --steps 120 --resume -j 1 -o sig.h5 && cmp sig.h5 one-erd.h5 && cmp sig.h5.log.tsv one-erd.h5.log.tsv
+2 ~was.trained.with.kind ./b --arch quaternet --steps 120 --resume -o sig.h5
+75 . rm sig.h5; ./stop KILL ./b --arch quaternet --steps 120 -o sig.h5; ./stop TERM ./b --arch quaternet --steps 120 -o sig.h5 --resume
+0 . ./b --arch quaternet --steps 120 --resume -j 2 -o sig.h5 && cmp sig.h5 one-quaternet.h5 && cmp sig.h5.log.tsv one-quaternet.h5.log.tsv
+3 ~diverged.at.step.[0-9]+ ./b --arch erd --steps 20 --learning-rate 1e30 -o div.h5
+2 ~expected.one.of ./b --arch lstm --steps 2 -o x.h5
+2 ~expected.quaternet.or.erd ./b --input-noise 0 1 0.1 --steps 2 -o x.h5
+2 ~no.latent.variable ./b --arch erd --kl-ramp 0 1 --steps 2 -o x.h5
+2 ~no.latent.variable ./b --arch erd --pretrain-steps 1 --steps 2 -o x.h5
+2 ~start.before.the.end ./b --arch erd --input-noise 0.5 0.1 0.1 --steps 2 -o x.h5
+2 ~at.least.0|--input-noise ./b --arch erd --input-noise 0 1 -0.1 --steps 2 -o x.h5
+2 ~frames.in.all train-vrnn c.h5 --arch erd --steps 3 --batch 65536 --window 100000 -o x.h5

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libmocap/base/error.hpp"
+#include "libmodels/baselines/network.hpp"
 #include "libmodels/motion_cell/network.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/nn/mlp.hpp"
@@ -45,6 +46,19 @@ store::ModelFile random_model() {
   m.vocabulary = {{"action", {"jump", "walk"}}, {"mood", {"glad", "plain", "sad"}}};
   return m;
 }
+
+store::ModelFile random_baseline(baselines::Arch arch) {
+  store::ModelFile m = random_model();
+  baselines::BaselineConfig c;
+  c.arch = arch, c.hidden = 24, c.width = 20, c.narrow = 16, c.attribute_classes = {2, 3};
+  m.kind = baselines::text(arch);
+  auto json = nlohmann::json::parse(m.config);
+  json["network"] = baselines::to_json(c);
+  m.config = json.dump();
+  m.weights = train::to_stored(nn::parameters_by_path(baselines::Network(c, m.mean, m.deviation, 5)));
+  return m;
+}
+const baselines::Arch kBaselines[] = {baselines::Arch::quaternet, baselines::Arch::erd};
 
 std::vector<ClipOrder> orders(std::size_t count, std::int64_t frames) {
   std::vector<ClipOrder> out;
@@ -170,10 +184,75 @@ TEST(Generator, AttributesChangeAsScheduled) {
   }
 }
 
+TEST(BaselineGenerator, AClipDoesNotDependOnItsCompanyOrTheFile) {
+  for (const auto arch : kBaselines) {
+    const TemporaryFolder folder;
+    const store::ModelFile model = random_baseline(arch);
+    store::write_model(folder / "m.h5", Overwrite::refuse, model);
+    const auto generator = make_generator(model, "m"), read = make_generator(store::read_model(folder / "m.h5"), folder / "m.h5");
+    EXPECT_EQ(read->kind(), baselines::text(arch));
+    EXPECT_EQ(read->vocabulary(), model.vocabulary);
+    EXPECT_EQ(read->combinations().size(), 4u);
+    EXPECT_EQ(read->default_frames(), 45);
+    SampleSettings two;
+    two.threads = 2;
+    const auto eight = generator->sample(orders(8, 31), {}), twenty = generator->sample(orders(20, 31), two);
+    for (std::size_t i = 0; i < 8; ++i) expect_same(eight[i], twenty[i]);
+    expect_same(read->sample({orders(8, 31)[7]}, two)[0], eight[7]);
+    for (const auto& clip : eight) {
+      EXPECT_NO_THROW(clip.validate());
+      EXPECT_EQ(clip.contacts.size(), 31u);
+      EXPECT_LT(clip.root_position[0].head<2>().norm(), 1e-9) << "the first frame is above the origin";
+    }
+    // Without noise the clips of a combination are one motion.
+    SampleSettings mean;
+    mean.noise_scale = 0;
+    const auto a = generator->sample(orders(13, 9), mean), b = generator->sample(orders(13, 9), {});
+    EXPECT_EQ(a[0].rotations[5].coeffs(), a[6].rotations[5].coeffs());
+    EXPECT_NE(b[0].rotations[5].coeffs(), b[6].rotations[5].coeffs());
+    EXPECT_NE(a[0].rotations[5].coeffs(), a[1].rotations[5].coeffs());
+    auto unset = orders(1, 9);
+    unset[0].attributes.erase("mood");
+    EXPECT_THROW((void)generator->sample(unset, {}), Error);
+  }
+}
+
+TEST(BaselineGenerator, DamagedFiles) {
+  for (const auto arch : kBaselines) {
+    EXPECT_EQ(refusal(random_baseline(arch)), "none");
+    const auto expect = [&](const std::string& words, const std::function<void(store::ModelFile&, nlohmann::json&)>& change) {
+      auto m = random_baseline(arch);
+      auto json = nlohmann::json::parse(m.config);
+      change(m, json);
+      m.config = json.dump();
+      const std::string what = refusal(m);
+      EXPECT_EQ(what.rfind("m.h5:", 0), 0u) << words << ": " << what;
+      EXPECT_NE(what.find(words), std::string::npos) << words << ": " << what;
+    };
+    const std::string kind = baselines::text(arch);
+    expect("not the configuration of a " + kind + " network", [](auto&, auto& j) { j.erase("network"); });
+    expect("no hidden, expected the sizes of a " + kind, [](auto&, auto& j) { j["network"].erase("hidden"); });
+    expect("representation 'spin'", [](auto&, auto& j) { j["representation"] = "spin"; });
+    expect("another number of values", [](auto&, auto& j) { j["representation"] = "rotation-matrix"; });
+    expect("predicts quaternions", [](auto&, auto& j) { j["network"]["rotation_values"] = 9; });
+    expect("default_frames", [](auto&, auto& j) { j["default_frames"] = 0; });
+    expect("joints", [](auto&, auto& j) { j["network"]["joints"] = 20; });
+    expect("does not have", [](auto&, auto& j) { j["combinations"] = {{0, 3}}; });
+    expect("weights: ", [](auto&, auto& j) { j["network"]["hidden"] = 65536; });
+    expect("weights: ", [](auto& m, auto&) { m.weights.clear(); });
+    expect("weights/decoder/0/weight: a value", [](auto& m, auto&) { m.weights["decoder/0/weight"].values[3] = std::numeric_limits<float>::infinity(); });
+    expect("weights/", [](auto& m, auto&) { std::swap(m.weights["decoder/0/weight"], m.weights["start/0/weight"]); });
+    expect("normalization: 0 means, expected 90", [](auto& m, auto&) { m.mean.clear(), m.deviation.clear(); });
+    expect("vocabulary/mood", [](auto& m, auto&) { m.vocabulary["mood"].pop_back(); });
+    // The other baseline's weights.
+    expect("weights", [&](auto& m, auto&) { m.kind = arch == baselines::Arch::erd ? "quaternet" : "erd"; });
+  }
+}
+
 TEST(Generator, AnotherKindNamesThoseThatGenerate) {
   auto m = random_model();
   m.kind = "classifier";
-  EXPECT_EQ(refusal(m), "m.h5: a model of kind 'classifier', expected one that generates motion (motion-cell)");
+  EXPECT_EQ(refusal(m), "m.h5: a model of kind 'classifier', expected one that generates motion (motion-cell, quaternet, erd)");
 }
 
 TEST(Generator, DamagedConfigurations) {
