@@ -86,7 +86,7 @@ Tensor ClassifierLoss::operator()(const Tensor& y, const train::Batch& batch) co
     }
     const std::vector<Tensor> layers = network.layers(standardised(made), lengths);
     for (std::size_t i = 0; i + 1 < layers.size(); ++i)
-      loss = loss + (layers[i] - goal[i]).square().sum() / (goal[i].square().sum() + 1e-6 * static_cast<double>(goal[i].numel()));
+      loss = loss + (layers[i] - goal[i]).square().sum() / (goal[i].square().sum() + 1e-6 * static_cast<double>(goal[i].size(0) * goal[i].size(1)));  // a layer that sees nothing divides by that
     const Tensor scores = torch::log_softmax(network.scores(layers.back()), 1);
     loss = loss + (opinion.exp() * (opinion - scores)).sum() / static_cast<double>(b);
   }

@@ -132,8 +132,9 @@ Tensor MotionObjective::operator()(const Tensor& y, const train::Batch& batch, F
     }
   }
   if (!angle.defined()) {
+    if (config_.velocity_weight > 0) normalised();  // with its graph, before the guard
     const torch::NoGradGuard no_grad;
-    angle = nn::geodesic_distance(normalised().detach(), target);
+    angle = nn::geodesic_distance(unit.defined() ? unit : poses_.unit(raw), target);
   }
 
   const Tensor root = torch::matmul((y.narrow(2, rotations, features::kRootValues) - batch.features.narrow(2, rotations, features::kRootValues)).square(), root_weights_);

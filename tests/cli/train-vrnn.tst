@@ -43,7 +43,7 @@
 0 true ./t - --steps 6 -o piped.h5 < c.h5 && ./q 'same(m[0].weights(), m[1].weights())' a.h5 piped.h5
 1 . ./t c.h5 --steps 6 --seed 2 -o seed.h5 && cmp -s a.h5 seed.h5
 0 true ./q 'm[0].json("config")["training"]["seed"] == 1 and m[0].f.attrs["kind"] in ("motion-cell", b"motion-cell") and m[0].json("config")["frame_rate_hz"] == 30' a.h5
-0 true ./q '[e["tool"] for e in m[0].history()] == ["canonicalize", "train-vrnn"] and m[0].history()[1]["inputs"][0]["path"] == "c.h5" and not [a for a in m[0].history()[1]["argv"] if "output" in a or "threads" in a or "quiet" in a]' a.h5
+0 true ./q '[e["tool"] for e in m[0].history()] == ["canonicalize", "train-vrnn"] and m[0].history()[1]["inputs"][0]["path"] == "c.h5" and not [a for a in m[0].history()[1]["argv"] if "--output" in a or "threads" in a or "quiet" in a]' a.h5
 0 true ./q 'sorted(m[0].f["vocabulary"]) == ["action", "gender"] and m[0].f["data/train_sources"].shape == (8,)' a.h5
 0 ~motion-cell motion-info a.h5
 0 . motion-info --check full a.h5
@@ -74,7 +74,7 @@
 0 true ./t c.h5 --steps 4 --representation rotation-matrix --constraint-weight 2 -o con.h5 && ./q 'm[0].json("config")["training"]["objective"]["orthogonality_weight"] == 2 and not same(m[0].weights(), m[1].weights())' con.h5 rep-rotation-matrix.h5
 
 # ablations
-0 true ./t c.h5 --steps 4 --ablate single-layer --ablate uniform-joints --window 7 -o sl.h5 && ./q '[(c["network"]["word_length"], c["network"]["single_layer"], c["training"]["objective"]["uniform_joints"], c["training"]["windows"][0]["frames"]) for c in [m[0].json("config")]] == [(1, True, True, 7)] and not [n for n in m[0].weights() if n.startswith("word_encoder") or n.startswith("word_decoder")]' sl.h5
+0 true train-vrnn -q c.h5 --batch 4 --steps 4 --ablate single-layer --ablate uniform-joints --window 7 -o sl.h5 && ./q '[(c["network"]["word_length"], c["network"]["single_layer"], c["training"]["objective"]["uniform_joints"], c["training"]["windows"][0]["frames"]) for c in [m[0].json("config")]] == [(1, True, True, 7)] and not [n for n in m[0].weights() if n.startswith("word_encoder") or n.startswith("word_decoder")]' sl.h5
 0 . sample -q -m sl.h5 -n 3 --frames 10 -f -o s.h5 && motion-info --check full s.h5 > info
 2 ~uniform.joint.weights.with.distance.fk ./t c.h5 --steps 2 --ablate uniform-joints --distance fk -o x.h5
 2 ~expected.one.of ./t c.h5 --ablate everything -o x.h5
@@ -148,7 +148,7 @@
 2 ~above.0 ./t c.h5 --steps 2 --learning-rate nan -o x.h5
 2 ~above.0 ./t c.h5 --steps 2 --learning-rate 0 -o x.h5
 2 ~start.before.the.end ./t c.h5 --steps 2 --kl-ramp 0.5 0.1 -o x.h5
-2 ~--own-output ./t c.h5 --steps 2 --own-output 0.5 1.5 -o x.h5
+2 ~--exposure-ramp ./t c.h5 --steps 2 --own-output 0.5 1.5 -o x.h5
 2 ~pretraining ./t c.h5 --steps 1 -o x.h5
 2 ~unknown.option ./t c.h5 --step 2 -o x.h5
 2 ~cuda ./t c.h5 --steps 2 --device cuda -o x.h5

@@ -38,8 +38,9 @@ TEST(Rotations, ExponentialMapAtAnyLength) {
   for (const double length : {0.0, 1e-9, 1e-3, 0.0999, 0.1001, 1.0, 3.1, 4.0, 6.2}) {
     const Tensor v = normalize_quaternions(noise({4, 3}, 1)) * length, q = quaternions_of_vectors(v);
     for (int i = 0; i < 4; ++i) {
-      Eigen::Vector4d expected;
-      expected << std::cos(length / 2), std::sin(length / 2) * (length > 0 ? Vector3(v[i][0].item<double>(), v[i][1].item<double>(), v[i][2].item<double>()) / length : Vector3::Zero());
+      Eigen::Vector4d expected = Eigen::Vector4d::Zero();
+      expected[0] = std::cos(length / 2);
+      for (int c = 0; c < 3 && length > 0; ++c) expected[c + 1] = std::sin(length / 2) * v[i][c].item<double>() / length;
       for (int c = 0; c < 4; ++c) EXPECT_NEAR(q[i][c].item<double>(), expected[c], 1e-12) << length;
     }
     const Tensor weight = noise({4, 4}, 2);
@@ -50,8 +51,8 @@ TEST(Rotations, ExponentialMapAtAnyLength) {
 TEST(Rotations, GramSchmidtOfAnyMatrix) {
   const Tensor m = noise({40, 9}, 3), q = quaternions_of_matrices(m);
   for (int i = 0; i < 40; ++i) {
-    const Quaternion expected(orthonormalize(matrix(m[i])));
-    EXPECT_LT(geodesic_distance(quaternion(q[i]), expected), 1e-7);
+    const Quaternion expected = to_quaternion(orthonormalize(matrix(m[i])));
+    EXPECT_LT(mocap::geodesic_distance(quaternion(q[i]), expected), 1e-7);
     EXPECT_NEAR(quaternion(q[i]).norm(), 1, 1e-14);
     EXPECT_GE(q[i][0].item<double>(), 0);
   }
@@ -62,7 +63,7 @@ TEST(Rotations, GramSchmidtOfAnyMatrix) {
   for (const Vector3& axis : {Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(0, 0, 1), Vector3(1, 2, -3).normalized()})
     for (const double a : {0.0, 1.0, 3.0, std::numbers::pi}) {
       const Quaternion r = exp_map(a * axis);
-      EXPECT_LT(geodesic_distance(quaternion(quaternions_of_matrices(flat(to_matrix(r)))), r), 1e-7) << a;
+      EXPECT_LT(mocap::geodesic_distance(quaternion(quaternions_of_matrices(flat(to_matrix(r)))), r), 1e-7) << a;
     }
 }
 

@@ -20,12 +20,9 @@ using torch::Tensor;
 using train::MotionDataset;
 
 const MotionDataset& data(RotationRepresentation r) {
-  static const TemporaryFolder folder = [] {
-    TemporaryFolder f;
-    mocap::testing::write_archive(f / "w.h5", mocap::testing::waves());
-    return f;
-  }();
+  static const TemporaryFolder folder;
   static std::map<RotationRepresentation, std::unique_ptr<MotionDataset>> sets;
+  if (sets.empty()) mocap::testing::write_archive(folder / "w.h5", mocap::testing::waves());
   if (!sets[r]) sets[r] = std::make_unique<MotionDataset>(folder / "w.h5", r, std::vector<std::string>{});
   return *sets[r];
 }
