@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <functional>
 
+#include "libmocap/base/error.hpp"
 #include "libmodels/motion_cell/training.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/nn/losses.hpp"
