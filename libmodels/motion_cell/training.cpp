@@ -21,6 +21,7 @@ using Json = nlohmann::json;
 // What a step draws, each kind from a stream of its own.
 enum Draw : std::uint64_t { kBatch = 1, kNoise = 2, kValidation = 3, kCorruption = 4 };
 
+constexpr double kPaperWord = 3;                   // frames that the classifiers' loss counts once for
 constexpr std::int64_t kMostBatchFrames = 1 << 20;  // some gigabytes at the paper's sizes
 
 // (B, T) frame mask -> (B, N): a word counts while any of its frames is real.
@@ -246,7 +247,7 @@ MotionCellTraining::Parts MotionCellTraining::objective(const train::Batch& batc
   parts.classifiers = 0;
   if (w.classifiers > 0) {
     const torch::Tensor seen = (*classifiers_)(out.y, batch) * words.sum();
-    parts.loss = parts.loss + config_.reconstruction_scale * w.classifiers * seen;
+    parts.loss = parts.loss + config_.reconstruction_scale * w.classifiers * network.word_length / kPaperWord * seen;
     parts.classifiers = seen.item<double>();
   }
   return parts;

@@ -2,7 +2,8 @@
 //
 //   L = (1/B) sum_b sum_n [ S (L_rec(n) + lambda_CL L_CL) + lambda_KL KL_n ],   eq. 14 and 15
 //   L_rec(n) = sum over the word's frames of libmodels/objective, L_ang included; the velocity term's weight is 0 in the preset `paper`.
-//   L_CL     = objective/classifier_loss.hpp over the clips of a shard, once for each of their words; absent without classifiers.
+//   L_CL     = objective/classifier_loss.hpp over the clips of a shard, once for each word of three frames (a third of it where words
+//              are frames); absent without classifiers.
 // S weighs reconstruction against a KL weight of 1. The paper's own scale and schedules are lost with its supplement's figure:
 // lambda_CL is 0 for 10 % of the steps after word pretraining and rises linearly to 0.03 at 40 %. Sums over words and joints, mean
 // over the batch; frames past the end of a clip are masked out of every term. The loss of held-out data leaves L_CL out, so that
