@@ -529,7 +529,9 @@ TEST(ClassifierTerm, GrowsAfterATenthAndIsScaledByWords) {
     }
     const double expected = config.reconstruction_scale * weight * term(with, step, "classifiers") * words / 6;
     EXPECT_NEAR(difference, expected, 1e-3 * expected + 1e-9 + 1e-6 * total_loss(without, step)) << step;
-    if (weight > 0) EXPECT_GT(expected, 0.01);
+    if (weight > 0) {
+      EXPECT_GT(expected, 0.01);
+    }
   }
   EXPECT_EQ(term(without, 109, "classifiers"), 0);
   EXPECT_EQ(nlohmann::json::parse(with.describe().config).at("classifiers"), classifiers().good->to_json());
