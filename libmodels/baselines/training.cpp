@@ -61,10 +61,7 @@ Json to_json(const TrainingConfig& c) {
   return Json{{"steps", c.steps},
               {"batch", c.batch},
               {"shards", c.shards},
-              {"root_weight", c.root_weight},
-              {"unit_norm_weight", c.unit_norm_weight},
-              {"velocity_weight", c.velocity_weight},
-              {"joint_weight_floor", c.joint_weight_floor},
+              {"objective", objective::to_json(c.objective)},
               {"gradient_limit", c.gradient_limit},
               {"learning_rate", c.learning_rate},
               {"own_output", c.own_output},
@@ -79,10 +76,7 @@ TrainingConfig training_config_from_json(const Json& j) {
     j.at("steps").get_to(c.steps);
     j.at("batch").get_to(c.batch);
     j.at("shards").get_to(c.shards);
-    j.at("root_weight").get_to(c.root_weight);
-    j.at("unit_norm_weight").get_to(c.unit_norm_weight);
-    j.at("velocity_weight").get_to(c.velocity_weight);
-    j.at("joint_weight_floor").get_to(c.joint_weight_floor);
+    c.objective = objective::objective_config_from_json(j.at("objective"));
     j.at("gradient_limit").get_to(c.gradient_limit);
     j.at("learning_rate").get_to(c.learning_rate);
     j.at("own_output").get_to(c.own_output);
@@ -105,12 +99,7 @@ BaselineTraining::BaselineTraining(BaselineConfig network, TrainingConfig config
   network.validate();
   config_.validate();
   network_ = std::make_unique<Network>(network, data.mean(), data.deviation(), config_.seed);
-  objective::ObjectiveConfig terms;
-  terms.root_weight = config_.root_weight;
-  terms.unit_norm_weight = config_.unit_norm_weight;
-  terms.velocity_weight = config_.velocity_weight;
-  terms.joint_weight_floor = config_.joint_weight_floor;
-  objective_ = std::make_unique<objective::MotionObjective>(terms, data);
+  objective_ = std::make_unique<objective::MotionObjective>(config_.objective, data);
   padding_ = train::identity_padding(data.layout(), data.mean(), data.deviation());
 }
 

@@ -37,8 +37,7 @@ struct TrainingConfig {
   std::int64_t steps = 4000;
   std::int64_t batch = 32;
   int shards = 2;
-  double root_weight = 0.5, unit_norm_weight = 0.1, velocity_weight = 0.7;
-  double joint_weight_floor = 0.08;
+  objective::ObjectiveConfig objective{0.5, 0.1, 0.7, 0.08};
   double gradient_limit = 0.1;
   train::LearningRate learning_rate;
   train::Ramp own_output{0, 0.75, 0.1, 0.6};

@@ -85,6 +85,9 @@ const std::vector<std::string>& Classifier::classes() const { return state_->cla
 const std::set<std::string>& Classifier::train_sources() const { return state_->sources; }
 std::shared_ptr<const Skeleton> Classifier::skeleton() const { return state_->skeleton; }
 double Classifier::frame_rate_hz() const { return state_->rate; }
+const Network& Classifier::network() const { return *state_->network; }
+const std::vector<float>& Classifier::mean() const { return state_->mean; }
+const std::vector<float>& Classifier::deviation() const { return state_->deviation; }
 int Classifier::feature_size() const { return state_->network->config().features(); }
 
 Judged Classifier::judge(const std::vector<Clip>& clips, int threads) const {

@@ -15,6 +15,8 @@
 
 namespace mocap::classifier {
 
+class Network;
+
 struct Judged {
   Eigen::MatrixXd features;    // [N,F] last layer before the class scores, double
   Eigen::MatrixXd posteriors;  // [N,C] softmax, double
@@ -31,6 +33,10 @@ class Classifier {
   std::shared_ptr<const Skeleton> skeleton() const;
   double frame_rate_hz() const;
   int feature_size() const;                             // F <= 64
+  // What judge() puts its clips through: the network, and the statistics that its inputs are standardised by. [2D]
+  const Network& network() const;
+  const std::vector<float>& mean() const;
+  const std::vector<float>& deviation() const;
   Judged judge(const std::vector<Clip>& clips, int threads) const;  // rows in the order of the clips; equal bits for any threads
 
  private:

@@ -12,7 +12,6 @@ namespace mocap::classifier {
 namespace {
 
 constexpr int kMost = 1024;
-constexpr double kFarthest = 20;
 
 features::MotionCellLayout layout_of(int joints) { return {joints, features::RotationRepresentation::quaternion}; }
 
@@ -83,7 +82,8 @@ Network::Network(const NetworkConfig& config, Random& random) : config_(config) 
   score_bias_ = register_parameter("scores_bias", torch::zeros({config_.classes}));
 }
 
-torch::Tensor Network::features(const torch::Tensor& x, const std::vector<std::int64_t>& lengths) const {
+std::vector<torch::Tensor> Network::layers(const torch::Tensor& x, const std::vector<std::int64_t>& lengths) const {
+  std::vector<torch::Tensor> all;
   std::vector<std::int64_t> real = lengths;
   torch::Tensor mask = mask_of(real, x.size(1)), y = x.transpose(1, 2) * mask;
   for (std::size_t i = 0; i < weights_.size(); ++i) {
@@ -92,9 +92,13 @@ torch::Tensor Network::features(const torch::Tensor& x, const std::vector<std::i
     for (auto& n : real) n = (n + stride - 1) / stride;
     mask = mask_of(real, y.size(2));
     y = y * mask;
+    all.push_back(y);
   }
-  return y.sum(2) / mask.sum(2);
+  all.push_back(y.sum(2) / mask.sum(2));
+  return all;
 }
+
+torch::Tensor Network::features(const torch::Tensor& x, const std::vector<std::int64_t>& lengths) const { return layers(x, lengths).back(); }
 
 torch::Tensor Network::scores(const torch::Tensor& pooled) const { return torch::addmm(score_bias_, pooled, score_weight_.t()); }
 

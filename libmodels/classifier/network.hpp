@@ -22,6 +22,8 @@
 
 namespace mocap::classifier {
 
+inline constexpr double kFarthest = 20;  // deviations at which a standardised value is cut
+
 struct NetworkConfig {
   int joints = 21;  // without the root
   std::vector<int> widths = {48, 48, 32}, strides = {1, 2, 2};
@@ -41,6 +43,8 @@ class Network : public torch::nn::Module {
   const NetworkConfig& config() const { return config_; }
   // x (B, T, 2D) float; lengths: real frames of each row, 1..T -> pooled features (B, F).
   torch::Tensor features(const torch::Tensor& x, const std::vector<std::int64_t>& lengths) const;
+  // The output of each convolution after its ReLU, (B, width, T') with zeros past a row's end, and last the pooled features.
+  std::vector<torch::Tensor> layers(const torch::Tensor& x, const std::vector<std::int64_t>& lengths) const;
   torch::Tensor scores(const torch::Tensor& pooled) const;
 
  private:

@@ -75,6 +75,7 @@ void MotionCellConfig::validate() const {
       refuse_config(fmt::format("{} is {}, expected a whole number in 1..{}", name, value, kMost));
   };
   for_each_size(*this, check);
+  if (single_layer && word_length != 1) refuse_config(fmt::format("word_length is {} with single_layer, expected 1", word_length));
   if (attribute_classes.empty()) refuse_config("attribute_classes is empty, expected at least one attribute");
   long combinations = 1;
   for (const int classes : attribute_classes) {
@@ -88,6 +89,7 @@ void MotionCellConfig::validate() const {
 nlohmann::json to_json(const MotionCellConfig& config) {
   nlohmann::json json;
   for_each_size(config, [&](const char* name, int value) { json[name] = value; });
+  json["single_layer"] = config.single_layer;
   json["attribute_classes"] = config.attribute_classes;
   return json;
 }
@@ -100,6 +102,10 @@ MotionCellConfig config_from_json(const nlohmann::json& json) {
     return json.at(name);
   };
   for_each_size(config, [&](const char* name, int& value) { value = checked_size(field(name), name); });
+  if (json.contains("single_layer")) {  // models from before there was one lack it
+    if (!json.at("single_layer").is_boolean()) refuse_config("single_layer is neither true nor false");
+    json.at("single_layer").get_to(config.single_layer);
+  }
   const nlohmann::json& classes = field("attribute_classes");
   if (!classes.is_array())
     refuse_config(fmt::format("attribute_classes is {}, expected a list of sizes", classes.type_name()));

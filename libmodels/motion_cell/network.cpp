@@ -45,16 +45,18 @@ MotionCell::MotionCell(const MotionCellConfig& config, std::uint64_t seed) : con
     Random random(seed, stream_of(++part, 0));
     return register_module(name, std::make_shared<nn::GruCell>(in, config.hidden, random));
   };
-  word_encoder = mlp("word_encoder", {config.word_features(), p, p, e}, true);
-  word_decoder = mlp("word_decoder", {e, p, p, config.word_features()}, false);
-  word_features = mlp("word_features", {e, p, p, e}, true);
+  if (!config.single_layer) {
+    word_encoder = mlp("word_encoder", {config.word_features(), p, p, e}, true);
+    word_decoder = mlp("word_decoder", {e, p, p, config.word_features()}, false);
+  }
+  word_features = mlp("word_features", {config.decoded(), p, p, e}, true);
   latent_features = mlp("latent_features", {z, p, p, e}, true);
   control_features = mlp("control_features", {config.attribute_total(), a}, true);
   posterior_mu = mlp("posterior_mu", {e + state + a, p, p, p, p, z}, false);
   posterior_sigma = mlp("posterior_sigma", {e + state + a, p, p, p, p, z}, false);
   prior_mu = mlp("prior_mu", {state + a, p, p, p, p, z}, false);
   prior_sigma = mlp("prior_sigma", {state + a, p, p, p, p, z}, false);
-  decoder = mlp("decoder", {e + state + a, p, p, e}, true);
+  decoder = mlp("decoder", {e + state + a, p, p, config.decoded()}, !config.single_layer);
   gru_1 = gru("gru_1", 2 * e);
   gru_2 = gru("gru_2", config.hidden);
   auto initial = std::make_shared<torch::nn::Module>();
@@ -80,8 +82,9 @@ std::int64_t MotionCell::parameter_count(const MotionCellConfig& c) {
   };
   const std::int64_t e = c.word, p = c.width, z = c.latent, h = c.hidden, a = c.control;
   const std::int64_t frames = c.word_length * (std::int64_t{c.joints} * c.rotation_values + c.root_values);
-  return mlp({frames, p, p, e}) + mlp({e, p, p, frames}) + mlp({e, p, p, e}) + mlp({z, p, p, e}) + mlp({c.attribute_total(), a}) + 2 * mlp({e + 2 * h + a, p, p, p, p, z}) +
-         2 * mlp({2 * h + a, p, p, p, p, z}) + mlp({e + 2 * h + a, p, p, e}) + 3 * h * (2 * e + h + 2) + 3 * h * (2 * h + 2) + 2 * std::int64_t{c.attribute_combinations()} * 2 * h;
+  const std::int64_t outside = c.single_layer ? 0 : mlp({frames, p, p, e}) + mlp({e, p, p, frames}), w = c.decoded();
+  return outside + mlp({w, p, p, e}) + mlp({z, p, p, e}) + mlp({c.attribute_total(), a}) + 2 * mlp({e + 2 * h + a, p, p, p, p, z}) +
+         2 * mlp({2 * h + a, p, p, p, p, z}) + mlp({e + 2 * h + a, p, p, w}) + 3 * h * (2 * e + h + 2) + 3 * h * (2 * h + 2) + 2 * std::int64_t{c.attribute_combinations()} * 2 * h;
 }
 
 std::shared_ptr<const PackedCell> MotionCell::pack(bool training) const {
@@ -94,6 +97,7 @@ std::shared_ptr<const PackedCell> MotionCell::pack(bool training) const {
 }
 
 Tensor MotionCell::autoencode(const Tensor& x) const {
+  if (config_.single_layer) return x;
   const std::int64_t words = x.size(1) / config_.word_length;
   return from_words(word_decoder->forward(word_encoder->forward(to_words(x, words))), x.size(0), x.sizes());
 }
@@ -137,13 +141,13 @@ CellOutput MotionCell::forward(const CellInput& input, std::shared_ptr<const Pac
   const Tensor h0 = initial_mu.index_select(0, first_rows) +
                     initial_log_sigma.index_select(0, first_rows).exp() * input.initial_noise;
 
-  const Tensor features = word_features->forward(word_encoder->forward(to_words(input.x, words)));
+  const Tensor frames = to_words(input.x, words), features = word_features->forward(c.single_layer ? frames : word_encoder->forward(frames));
   const ScanOutput out = scan(*this, packed ? std::move(packed) : pack(), features, control, h0,
                               input.posterior_noise.reshape({words * batch, c.latent}), input.replace);
   CellOutput result;
-  result.y = from_words(word_decoder->forward(out.words), batch, input.x.sizes());
+  result.y = from_words(c.single_layer ? out.words : word_decoder->forward(out.words), batch, input.x.sizes());
   result.kl = nn::gaussian_kl(out.mu_q, out.sigma_q, out.mu_p, out.sigma_p).reshape({words, batch}).transpose(0, 1);
-  result.words = from_words(out.words, batch, {batch, words, c.word});
+  result.words = from_words(out.words, batch, {batch, words, c.decoded()});
   return result;
 }
 

@@ -6,6 +6,8 @@
 //   w~_n = f_dec(f_z(z_n), h, a)                       decoder             (eq. 10)       f_z: latent_features
 //   h' = f_h(f_w(w_n), f_z(z_n), h)                    gru_1, gru_2        (eq. 11)
 //   x~ = f_dec_w(w~_n)                                 word_decoder        (eq. 3)
+// In a single-layer network (the paper's ablation "SL") w_n is the frame x_n itself: f_w reads it, f_dec is linear in its last layer
+// and gives x~_n; word_encoder and word_decoder are null.
 // with h = h_{n-1} the states of both GRU cells side by side. sigma = softplus(.) + kSigmaFloor.
 // h_0 ~ N(initial_state.mu, exp(initial_state.log_sigma)^2), one row per combination of attributes, reparameterised.
 #pragma once
@@ -38,7 +40,7 @@ struct CellInput {
 struct CellOutput {
   torch::Tensor y;      // (B, T, D) reconstruction, standardised: raw = mean + sd y
   torch::Tensor kl;     // (B, N) KL(q || p) of each word, nats
-  torch::Tensor words;  // (B, N, word) reconstructed motion words w~
+  torch::Tensor words;  // (B, N, decoded()) reconstructed motion words w~
 };
 
 class MotionCell : public torch::nn::Module {
@@ -60,7 +62,7 @@ class MotionCell : public torch::nn::Module {
   // Weights laid out for forward() and its backward pass (training), or for the sampler (not training).
   std::shared_ptr<const PackedCell> pack(bool training = true) const;
 
-  // f_dec_w(f_enc_w(x)): words through encoder and decoder alone, (B, T, D) -> (B, T, D), for pretraining and tests.
+  // f_dec_w(f_enc_w(x)): words through encoder and decoder alone, (B, T, D) -> (B, T, D), for tests; x itself without them.
   torch::Tensor autoencode(const torch::Tensor& x) const;
 
   std::shared_ptr<nn::Mlp> word_encoder, word_decoder, word_features, latent_features, control_features, posterior_mu,

@@ -45,7 +45,7 @@ CellWeights<T>::CellWeights(const MotionCell& cell, bool training) {
   word_features = cell.word_features->pack<T>(0, training);
   latent_features = cell.latent_features->pack<T>(0, training);
   if (!training) {
-    word_decoder = cell.word_decoder->pack<T>(0, false);
+    if (cell.word_decoder) word_decoder = cell.word_decoder->pack<T>(0, false);
     control_features = cell.control_features->pack<T>(0, false);
   }
   gru_1 = cell.gru_1->pack<T>(training);

@@ -18,7 +18,7 @@ struct CellWeights {
   nn::PackedLinear<T> decoder_latent;  // f_z(z) -> width
   nn::PackedMlp<T> posterior_mu, posterior_sigma, prior_mu, prior_sigma, decoder;  // from the second layer on
   nn::PackedMlp<T> word_features, latent_features;
-  nn::PackedMlp<T> word_decoder, control_features;  // for the sampler
+  nn::PackedMlp<T> word_decoder, control_features;  // for the sampler; word_decoder without layers where words are frames
   nn::PackedGru<T> gru_1, gru_2;                    // gru_1 reads [f_w(w), f_z(z)]
 
   CellWeights(const MotionCell& cell, bool training);

@@ -43,9 +43,9 @@ std::size_t scratch_columns(const CellWeights<float>& w) {
   std::size_t hidden_layers = 0;
   for (const auto* mlp :
        {&w.prior_mu, &w.prior_sigma, &w.latent_features, &w.decoder, &w.word_features, &w.word_decoder})
-    hidden_layers += mlp->layers.size() - 1;
-  return (3 + hidden_layers) * w.width + 3 * static_cast<std::size_t>(w.latent) + 3 * static_cast<std::size_t>(w.word) +
-         6 * static_cast<std::size_t>(w.hidden);
+    hidden_layers += mlp->layers.empty() ? 0 : mlp->layers.size() - 1;
+  return (3 + hidden_layers) * w.width + 3 * static_cast<std::size_t>(w.latent) + 2 * static_cast<std::size_t>(w.word) +
+         static_cast<std::size_t>(w.word_features.layers[0].in()) + 6 * static_cast<std::size_t>(w.hidden);
 }
 
 }  // namespace
@@ -120,7 +120,7 @@ void SampleStream::next(float* frames, std::int64_t clip_stride) {
     for (int i = b * Z; i < (b + 1) * Z; ++i)
       z.data[i] = mu.data[i] + sigma_scale_ * sigma.data[i] * static_cast<float>(noise_[b].normal());
 
-  const View<float> input = arena.take(2 * E), latent = input.from_column(E), word = arena.take(E);
+  const View<float> input = arena.take(2 * E), latent = input.from_column(E), word = arena.take(w.word_features.layers[0].in());
   auto fz = hidden_layers(w.latent_features.layers.size() - 1);
   fz.push_back(latent);
   w.latent_features.forward(B, z, fz);
@@ -137,6 +137,10 @@ void SampleStream::next(float* frames, std::int64_t clip_stride) {
   // The new states overwrite the old: each cell has read its own by then.
   w.gru_1.forward(B, input, h, h, nullptr, gates.data);
   w.gru_2.forward(B, h, h.from_column(H), h.from_column(H), nullptr, gates.data);
+  if (w.word_decoder.layers.empty()) {  // the word is the frame
+    for (int b = 0; b < B; ++b) std::copy_n(word.data + b * word.ld, word.ld, frames + b * clip_stride);
+    return;
+  }
   auto out = hidden_layers(w.word_decoder.layers.size() - 1);
   out.push_back({frames, clip_stride});
   w.word_decoder.forward(B, word, out);

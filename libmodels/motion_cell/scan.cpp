@@ -281,7 +281,7 @@ class Scan {
     nn::append_layer_gradients<T>(R, view<T>(k.z), k.fz, g.fz, w.latent, out);
     gru(g.gates_1, view<T>(k.cell_input), 2 * w.word, view<T>(h), out);
     gru(g.gates_2, view<T>(k.h).from_row(B), H, view<T>(h).from_column(H), out);
-    if (k.replace.defined()) nn::append_layer_gradients<T>(R, view<T>(k.dec.back()), k.fw, g.fw, w.word, out);
+    if (k.replace.defined()) nn::append_layer_gradients<T>(R, view<T>(k.dec.back()), k.fw, g.fw, k.dec.back().size(1), out);
     return out;
   }
 

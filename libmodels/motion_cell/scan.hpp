@@ -13,7 +13,7 @@
 namespace mocap::motion_cell {
 
 struct ScanOutput {
-  torch::Tensor words, mu_q, sigma_q, mu_p, sigma_p;  // (N B, word), 4 x (N B, latent)
+  torch::Tensor words, mu_q, sigma_q, mu_p, sigma_p;  // (N B, decoded()), 4 x (N B, latent)
 };
 
 // Rows are time-major: row n B + b is word n of clip b.

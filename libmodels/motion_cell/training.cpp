@@ -3,8 +3,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/random.hpp"
@@ -17,14 +19,30 @@ namespace {
 using Json = nlohmann::json;
 
 // What a step draws, each kind from a stream of its own.
-enum Draw : std::uint64_t { kBatch = 1, kNoise = 2, kValidation = 3 };
+enum Draw : std::uint64_t { kBatch = 1, kNoise = 2, kValidation = 3, kCorruption = 4 };
 
+constexpr double kPaperWord = 3;                   // frames that the classifiers' loss counts once for
 constexpr std::int64_t kMostBatchFrames = 1 << 20;  // some gigabytes at the paper's sizes
 
 // (B, T) frame mask -> (B, N): a word counts while any of its frames is real.
 torch::Tensor word_mask(const torch::Tensor& mask, std::int64_t word_length) { return mask.view({mask.size(0), -1, word_length}).amax(-1); }
 
+constexpr std::array<std::pair<Exposure, const char*>, 4> kExposures = {
+    {{Exposure::none, "none"}, {Exposure::own_output, "own-output"}, {Exposure::noise, "noise"}, {Exposure::joint_dropout, "joint-dropout"}}};
+
 }  // namespace
+
+Exposure parse_exposure(const std::string& name) {
+  for (const auto& [e, known] : kExposures)
+    if (name == known) return e;
+  refuse_usage("exposure '" + name + "', expected none, own-output, noise or joint-dropout");
+}
+
+std::string text(Exposure exposure) {
+  for (const auto& [e, name] : kExposures)
+    if (exposure == e) return name;
+  return {};
+}
 
 TrainingConfig TrainingConfig::preset(const std::string& name) {
   TrainingConfig c;
@@ -33,7 +51,7 @@ TrainingConfig TrainingConfig::preset(const std::string& name) {
   c.epochs = 0;
   c.steps = 4000;
   c.batch = 32;
-  c.velocity_weight = 0.7;
+  c.objective.velocity_weight = 0.7;
   c.windows = {{0, 45}, {0.4, 90}, {0.7, 120}};
   c.pretraining.steps = 800;
   return c;
@@ -48,6 +66,13 @@ void TrainingConfig::validate(int word_length) const {
   positive("reconstruction scale", reconstruction_scale);
   positive("learning rate", learning_rate.rate);
   positive("gradient limit", gradient_limit);
+  const auto share = [](const char* name, double v, double most) {
+    if (!(v >= 0 && v <= most)) refuse_usage(fmt::format("{} is {}, expected a number in 0..{}", name, v, most));
+  };
+  share("classifier weight", classifier_weight.to, 1e30);
+  share("share of own output", own_output.to, 1);
+  share("input noise", noise.to, 1e6);
+  share("joint dropout", joint_dropout.to, 1);
   if (shards < 1 || shards > batch) refuse_usage(fmt::format("{} shards of a batch of {}, expected between 1 and the batch", shards, batch));
   if (windows.empty() || windows.front().begin > 0) refuse_usage("no window length at the start of the training");
   for (const auto& w : windows) {
@@ -64,14 +89,15 @@ Json to_json(const TrainingConfig& c) {
               {"batch", c.batch},
               {"shards", c.shards},
               {"reconstruction_scale", c.reconstruction_scale},
-              {"root_weight", c.root_weight},
-              {"unit_norm_weight", c.unit_norm_weight},
-              {"velocity_weight", c.velocity_weight},
-              {"joint_weight_floor", c.joint_weight_floor},
+              {"objective", objective::to_json(c.objective)},
               {"gradient_limit", c.gradient_limit},
               {"learning_rate", c.learning_rate},
               {"kl_weight", c.kl_weight},
+              {"classifier_weight", c.classifier_weight},
+              {"exposure", text(c.exposure)},
               {"own_output", c.own_output},
+              {"noise", c.noise},
+              {"joint_dropout", c.joint_dropout},
               {"windows", c.windows},
               {"pretraining", c.pretraining},
               {"seed", c.seed}};
@@ -85,14 +111,18 @@ TrainingConfig training_config_from_json(const Json& j) {
     j.at("batch").get_to(c.batch);
     j.at("shards").get_to(c.shards);
     j.at("reconstruction_scale").get_to(c.reconstruction_scale);
-    j.at("root_weight").get_to(c.root_weight);
-    j.at("unit_norm_weight").get_to(c.unit_norm_weight);
-    j.at("velocity_weight").get_to(c.velocity_weight);
-    j.at("joint_weight_floor").get_to(c.joint_weight_floor);
+    c.objective = objective::objective_config_from_json(j.at("objective"));
     j.at("gradient_limit").get_to(c.gradient_limit);
     j.at("learning_rate").get_to(c.learning_rate);
     j.at("kl_weight").get_to(c.kl_weight);
+    j.at("classifier_weight").get_to(c.classifier_weight);
+    const auto exposure = j.at("exposure").get<std::string>();
+    const auto known = std::find_if(kExposures.begin(), kExposures.end(), [&](const auto& e) { return exposure == e.second; });
+    if (known == kExposures.end()) refuse({{}, 0, "config/training"}, "exposure is '" + exposure + "', expected none, own-output, noise or joint-dropout");
+    c.exposure = known->first;
     j.at("own_output").get_to(c.own_output);
+    j.at("noise").get_to(c.noise);
+    j.at("joint_dropout").get_to(c.joint_dropout);
     j.at("windows").get_to(c.windows);
     j.at("pretraining").get_to(c.pretraining);
     j.at("seed").get_to(c.seed);
@@ -102,8 +132,9 @@ TrainingConfig training_config_from_json(const Json& j) {
   return c;
 }
 
-MotionCellTraining::MotionCellTraining(MotionCellConfig network, TrainingConfig config, const train::MotionDataset& data, const train::MotionDataset* validation)
-    : config_(std::move(config)), data_(data), validation_(validation) {
+MotionCellTraining::MotionCellTraining(MotionCellConfig network, TrainingConfig config, const train::MotionDataset& data, const train::MotionDataset* validation,
+                                       const objective::ClassifierLoss* classifiers)
+    : config_(std::move(config)), data_(data), validation_(validation), classifiers_(classifiers) {
   if (config_.steps == 0) config_.steps = config_.epochs * ((static_cast<std::int64_t>(data.clips().size()) + config_.batch - 1) / config_.batch);
   network.joints = data.layout().joints;
   network.rotation_values = data.layout().rotation_values();
@@ -111,10 +142,8 @@ MotionCellTraining::MotionCellTraining(MotionCellConfig network, TrainingConfig 
   for (const auto& [name, values] : data.vocabulary()) network.attribute_classes.push_back(static_cast<int>(values.size()));
   network.validate();
   config_.validate(network.word_length);
-  if (network.rotation_values != 4) refuse_usage("only the quaternion representation can be trained so far");
+  objective_ = std::make_unique<objective::MotionObjective>(config_.objective, data);
   cell_ = std::make_unique<MotionCell>(network, config_.seed);
-  objective_ = std::make_unique<objective::MotionObjective>(
-      objective::ObjectiveConfig{config_.root_weight, config_.unit_norm_weight, config_.velocity_weight, config_.joint_weight_floor}, data);
   padding_ = train::identity_padding(data.layout(), data.mean(), data.deviation());
 }
 
@@ -127,6 +156,7 @@ store::ModelFile MotionCellTraining::describe() const {
   for (const auto& [classes, clips] : data_.combinations()) combinations.push_back(classes);
   file.config = Json{{"network", motion_cell::to_json(cell_->config())},
                      {"training", motion_cell::to_json(config_)},
+                     {"classifiers", classifiers_ ? classifiers_->to_json() : Json::array()},
                      {"representation", text(data_.layout().representation)},
                      {"frame_rate_hz", header.frame_rate_hz},
                      {"contacts", header.contacts_rule},
@@ -146,6 +176,8 @@ std::string MotionCellTraining::identity() const {
               {"data", data_.digest()},
               {"validation", validation_ ? validation_->digest() : ""},
               {"network", motion_cell::to_json(cell_->config())},
+              {"representation", text(data_.layout().representation)},
+              {"classifiers", classifiers_ ? classifiers_->to_json() : Json::array()},
               {"training", motion_cell::to_json(config_)}}
       .dump();
 }
@@ -161,9 +193,18 @@ double MotionCellTraining::learning_rate(std::int64_t step) const {
 }
 
 MotionCellTraining::Weights MotionCellTraining::weights(std::int64_t step) const {
-  if (pretraining(step)) return {config_.pretraining.kl_weight, 0, 0};
+  if (pretraining(step)) return {config_.pretraining.kl_weight, 0, 0, 0};
   const double progress = static_cast<double>(step - config_.pretraining.steps) / static_cast<double>(config_.steps - config_.pretraining.steps);
-  return {config_.kl_weight.at(progress), config_.own_output.at(progress), progress};
+  const auto exposure = [&] {
+    switch (config_.exposure) {
+      case Exposure::none: return 0.0;
+      case Exposure::own_output: return config_.own_output.at(progress);
+      case Exposure::noise: return config_.noise.at(progress);
+      case Exposure::joint_dropout: return config_.joint_dropout.at(progress);
+    }
+    return 0.0;
+  };
+  return {config_.kl_weight.at(progress), classifiers_ ? config_.classifier_weight.at(progress) : 0, exposure(), progress};
 }
 
 void MotionCellTraining::prepare(std::int64_t step) {
@@ -182,14 +223,33 @@ void MotionCellTraining::prepare(std::int64_t step) {
   packed_ = cell_->pack();
 }
 
+// What the encoder reads of a shard's features under `noise` and `joint_dropout`.
+torch::Tensor MotionCellTraining::corrupted(const torch::Tensor& features, double amount, int shard) const {
+  Random random(config_.seed, stream_of(kCorruption, static_cast<std::uint64_t>(step_), static_cast<std::uint64_t>(shard)));
+  if (config_.exposure == Exposure::noise) return features + amount * nn::normal_tensor(features.sizes(), random);
+  const auto& layout = data_.layout();
+  torch::Tensor x = features.clone(torch::MemoryFormat::Contiguous);  // standardised: the mean is 0
+  float* row = x.data_ptr<float>();
+  for (std::int64_t frame = x.size(0) * x.size(1); frame-- > 0; row += layout.columns())
+    for (int j = 0; j < layout.joints; ++j)
+      if (random.uniform() < amount) std::fill_n(row + j * layout.rotation_values(), layout.rotation_values(), 0.0f);
+  return x;
+}
+
 MotionCellTraining::Parts MotionCellTraining::objective(const train::Batch& batch, const CellInput& input, const Weights& w, std::shared_ptr<const PackedCell> packed) const {
   const auto& network = cell_->config();
   const CellOutput out = cell_->forward(input, std::move(packed));
   Parts parts;
   const torch::Tensor frames = (*objective_)(out.y, batch, parts.figures);
-  const torch::Tensor kl = (out.kl * word_mask(batch.mask, network.word_length)).sum();
+  const torch::Tensor words = word_mask(batch.mask, network.word_length), kl = (out.kl * words).sum();
   parts.loss = config_.reconstruction_scale * frames.sum() + w.kl * kl;
   parts.kl = kl.item<double>();
+  parts.classifiers = 0;
+  if (w.classifiers > 0) {
+    const torch::Tensor seen = (*classifiers_)(out.y, batch) * words.sum();
+    parts.loss = parts.loss + config_.reconstruction_scale * w.classifiers * network.word_length / kPaperWord * seen;
+    parts.classifiers = seen.item<double>();
+  }
   return parts;
 }
 
@@ -202,24 +262,30 @@ torch::Tensor MotionCellTraining::shard_loss(int shard, train::LossTerms& terms)
   const Weights w = weights(step_);
   Random random(config_.seed, stream_of(kNoise, static_cast<std::uint64_t>(step_), static_cast<std::uint64_t>(shard)));
   CellInput input;
-  input.x = part.features;
+  const bool own = config_.exposure == Exposure::own_output;
+  input.x = w.exposure > 0 && !own ? corrupted(part.features, w.exposure, shard) : part.features;
   input.classes = train::word_classes(part, network.word_length);
   input.posterior_noise = nn::normal_tensor({words, rows, network.latent}, random);
   input.initial_noise = nn::normal_tensor({rows, 2 * network.hidden}, random);
-  if (w.own_output > 0) {
+  if (w.exposure > 0 && own) {
     input.replace = torch::empty({words, rows}, torch::kBool);
     bool* replace = input.replace.data_ptr<bool>();
-    for (std::int64_t i = 0; i < words * rows; ++i) replace[i] = random.uniform() < w.own_output;
+    for (std::int64_t i = 0; i < words * rows; ++i) replace[i] = random.uniform() < w.exposure;
   }
   const Parts parts = objective(part, input, w, packed_);
   const double frames = std::max(1.0, real_frames_);
-  terms = {{"loss_per_word", parts.loss.item<double>() / std::max(1.0, real_words_)},
-           {"rotation_deg", parts.figures.angle / frames * 180 / std::numbers::pi},
+  // The loop names the first that is not finite: what is made of the others comes last.
+  terms = {{"rotation_deg", parts.figures.angle / frames * 180 / std::numbers::pi},
+           {"distance", parts.figures.distance / frames},
+           {"constraint", parts.figures.constraint / frames},
            {"root", parts.figures.root / frames},
            {"velocity", parts.figures.velocity / frames},
            {"kl_nats_per_word", parts.kl / std::max(1.0, real_words_)},
+           {"classifiers", parts.classifiers / std::max(1.0, real_words_)},
            {"kl_weight", w.kl / config_.shards},
-           {"own_output", w.own_output / config_.shards}};
+           {"classifier_weight", w.classifiers / config_.shards},
+           {"exposure", w.exposure / config_.shards},
+           {"loss_per_word", parts.loss.item<double>() / std::max(1.0, real_words_)}};
   return parts.loss / static_cast<double>(count);
 }
 
@@ -242,7 +308,7 @@ std::optional<double> MotionCellTraining::validation_loss() {
     input.classes = train::word_classes(batch, network.word_length);
     input.posterior_noise = nn::normal_tensor({words, batch.features.size(0), network.latent}, random);
     input.initial_noise = nn::normal_tensor({batch.features.size(0), 2 * network.hidden}, random);
-    const Parts parts = objective(batch, input, {1, 0, 1}, packed);
+    const Parts parts = objective(batch, input, {1, 0, 0, 1}, packed);
     loss += parts.loss.item<double>();
     counted += word_mask(batch.mask, network.word_length).sum().item<double>();
   }

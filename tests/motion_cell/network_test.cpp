@@ -30,6 +30,13 @@ MotionCellConfig tiny() {
   return c;
 }
 
+MotionCellConfig tiny_single_layer() {
+  MotionCellConfig c = tiny();
+  c.single_layer = true;
+  c.word_length = 1;
+  return c;
+}
+
 // A scalar that depends on every output with different weights.
 Tensor scalar(const CellOutput& out) {
   const auto weights = [](const Tensor& t) {
@@ -43,8 +50,8 @@ double relative_difference(const Tensor& a, const Tensor& b) {
   return ((a - b).abs().max() / b.abs().max().clamp_min(1e-300)).item<double>();
 }
 
-void expect_equals_reference(double replace_share, bool changing) {
-  MotionCell cell(tiny(), 4);
+void expect_equals_reference(double replace_share, bool changing, const MotionCellConfig& config = tiny()) {
+  MotionCell cell(config, 4);
   cell.to(torch::kDouble);
   const CellInput in = random_input(cell.config(), 4, 7, replace_share, changing, torch::kDouble);
   const CellOutput ours = cell.forward(in), theirs = reference_forward(cell, in);
@@ -64,6 +71,22 @@ TEST(MotionCell, EqualsAlgorithm1OwnOutputsOnly) { expect_equals_reference(1, fa
 TEST(MotionCell, EqualsAlgorithm1ChangingAttributes) {
   expect_equals_reference(-1, true);
   expect_equals_reference(0.5, true);
+}
+
+TEST(MotionCell, SingleLayerEqualsAlgorithm1) {
+  for (const double own : {-1.0, 0.5, 1.0}) expect_equals_reference(own, false, tiny_single_layer());
+  expect_equals_reference(0.5, true, tiny_single_layer());
+}
+
+TEST(MotionCell, SingleLayerHasNeitherEncoderNorDecoderOfWords) {
+  const MotionCell cell(tiny_single_layer(), 4);
+  EXPECT_EQ(cell.word_encoder, nullptr);
+  EXPECT_EQ(cell.word_decoder, nullptr);
+  EXPECT_EQ(MotionCell::parameter_count(cell.config()), cell.parameter_count());
+  EXPECT_FALSE(cell.decoder->activate_last()) << "frames have both signs";
+  for (const auto& [path, tensor] : nn::parameters_by_path(cell)) EXPECT_FALSE(path.starts_with("word_encoder") || path.starts_with("word_decoder")) << path;
+  const CellInput in = random_input(cell.config(), 2, 3, -1);
+  EXPECT_TRUE(torch::equal(cell.autoencode(in.x), in.x));
 }
 
 TEST(MotionCell, GradientsAgainstFiniteDifferences) {
@@ -225,6 +248,12 @@ TEST(Config, JsonRoundTripAndRefusals) {
             "attribute_classes is empty, expected at least one attribute");
   EXPECT_FALSE(message(with("attribute_classes", {1000, 1000})).empty());
   EXPECT_FALSE(message(nlohmann::json::array()).empty());
+  EXPECT_EQ(config_from_json(to_json(tiny_single_layer())), tiny_single_layer());
+  EXPECT_EQ(message(with("single_layer", true)), "word_length is 3 with single_layer, expected 1");
+  EXPECT_EQ(message(with("single_layer", 1)), "single_layer is neither true nor false");
+  nlohmann::json older = to_json(c);
+  older.erase("single_layer");
+  EXPECT_EQ(config_from_json(older), c);
   EXPECT_THROW(MotionCellConfig::preset("huge"), Error);
 }
 

@@ -39,8 +39,8 @@ inline CellOutput reference_forward(const MotionCell& cell, const CellInput& in)
       parts.push_back(
           torch::one_hot(classes_at(n).select(1, static_cast<std::int64_t>(i)), c.attribute_classes[i]).to(type));
     const torch::Tensor a = plain(*cell.control_features, torch::cat(parts, 1));
-    const torch::Tensor w =
-        plain(*cell.word_encoder, in.x.slice(1, n * c.word_length, (n + 1) * c.word_length).reshape({batch, -1}));
+    torch::Tensor w = in.x.slice(1, n * c.word_length, (n + 1) * c.word_length).reshape({batch, -1});
+    if (!c.single_layer) w = plain(*cell.word_encoder, w);
     torch::Tensor f = plain(*cell.word_features, w);
     const torch::Tensor fha = torch::cat({f, h, a}, 1), ha = torch::cat({h, a}, 1);
     const auto sigma = [](const torch::Tensor& s) { return torch::log(1 + torch::exp(s)) + kSigmaFloor; };
@@ -51,7 +51,7 @@ inline CellOutput reference_forward(const MotionCell& cell, const CellInput& in)
     if (in.replace.defined()) f = torch::where(in.replace[n].unsqueeze(1), plain(*cell.word_features, own), f);
     const torch::Tensor h1 = plain(*cell.gru_1, torch::cat({f, z}, 1), h.slice(1, 0, c.hidden));
     h = torch::cat({h1, plain(*cell.gru_2, h1, h.slice(1, c.hidden))}, 1);
-    ys.push_back(plain(*cell.word_decoder, own).reshape({batch, c.word_length, -1}));
+    ys.push_back((c.single_layer ? own : plain(*cell.word_decoder, own)).reshape({batch, c.word_length, -1}));
     ws.push_back(own);
     const torch::Tensor kl =
         torch::log(sigma_p / sigma_q) + (sigma_q.square() + (mu_q - mu_p).square()) / (2 * sigma_p.square()) - 0.5;

@@ -51,7 +51,7 @@ Tensor algorithm2(const MotionCell& cell, const ClipRequest& r, double sigma_sca
     const Tensor w = plain(*cell.decoder, torch::cat({z, h, a}, 1));
     const Tensor h1 = plain(*cell.gru_1, torch::cat({plain(*cell.word_features, w), z}, 1), h.slice(1, 0, c.hidden));
     h = torch::cat({h1, plain(*cell.gru_2, h1, h.slice(1, c.hidden))}, 1);
-    frames.push_back(plain(*cell.word_decoder, w).reshape({c.word_length, c.features()}));
+    frames.push_back((c.single_layer ? w : plain(*cell.word_decoder, w)).reshape({c.word_length, c.features()}));
   }
   return torch::cat(frames).slice(0, 0, r.frames);
 }
@@ -72,6 +72,19 @@ TEST(Sampler, EqualsAlgorithm2) {
       const auto clip = sample_clips(sampler, {r}, {.sigma_scale = scale});
       EXPECT_LT(difference(clip[0], algorithm2(cell, r, scale)), 1e-5) << scale << " " << r.frames;
     }
+}
+
+TEST(Sampler, SingleLayerEqualsAlgorithm2) {
+  MotionCellConfig config = middle();
+  config.single_layer = true;
+  config.word_length = 1;
+  const MotionCell cell(config, 2);
+  const Sampler sampler(cell);
+  ClipRequest changing = request(3, 17);
+  changing.schedule.push_back({4, {2, 1}});
+  for (const ClipRequest& r : {request(1, 10), changing}) EXPECT_LT(difference(sample_clips(sampler, {r})[0], algorithm2(cell, r, 1)), 1e-5);
+  const auto both = sample_clips(sampler, {request(1, 10), changing}, {.threads = 2, .chunk = 2});
+  EXPECT_EQ(both[1], sample_clips(sampler, {changing})[0]);
 }
 
 TEST(Sampler, EqualsTheTrainingPathFedWithItsOwnWords) {

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "libmocap/base/error.hpp"
 #include "libmodels/nn/mlp.hpp"
 #include "libmodels/train/loop.hpp"
 #include "tests/motion_cell/reference.hpp"
+#include "tests/objective/data.hpp"
 #include "tests/store/sample_clips.hpp"
 
 namespace mocap::motion_cell {
@@ -66,7 +68,7 @@ TrainingConfig tiny_training(std::int64_t steps = 40) {
   c.steps = steps;
   c.batch = 6;
   c.shards = 2;
-  c.velocity_weight = 0.7;
+  c.objective.velocity_weight = 0.7;
   c.windows = {{0, 30}};
   c.learning_rate.warm_up = 5;
   return c;
@@ -105,7 +107,7 @@ double oracle(MotionCellTraining& training, const MotionDataset& set, const Trai
   const Tensor padding = train::identity_padding(set.layout(), set.mean(), set.deviation());
   train::Batch batch = train::draw_batch(set, count, frames, padding, config.seed, stream_of(1, static_cast<std::uint64_t>(step)));
   if (garbage) batch.features = torch::where(batch.mask.unsqueeze(-1) > 0, batch.features, torch::full({}, static_cast<float>(*garbage)));
-  const auto alpha = impact_factors(*set.header().skeleton, config.joint_weight_floor);
+  const auto alpha = impact_factors(*set.header().skeleton, config.objective.joint_weight_floor);
   const std::int64_t words = frames / c.word_length;
   double loss = 0;
   for (int shard = 0; shard < config.shards; ++shard) {
@@ -144,17 +146,17 @@ double oracle(MotionCellTraining& training, const MotionDataset& set, const Trai
           const Eigen::Vector4d q = quaternion(y, t, j), target = quaternion(x, t, j);
           const double a = alpha[static_cast<std::size_t>(j) + 1];
           frame_loss += a * 2 * std::acos(std::min(1.0, std::abs(q.normalized().dot(target.normalized()))));  // eq. 17, 22
-          frame_loss += config.unit_norm_weight * std::abs(q.squaredNorm() - 1);                                // eq. 26
-          if (t > 0 && config.velocity_weight > 0) {
+          frame_loss += config.objective.unit_norm_weight * std::abs(q.squaredNorm() - 1);                                // eq. 26
+          if (t > 0 && config.objective.velocity_weight > 0) {
             const auto error = [&](std::int64_t frame) {
               const Eigen::Vector4d unit = quaternion(y, frame, j).normalized(), goal = quaternion(x, frame, j);
               return Eigen::Vector4d((unit.dot(goal) < 0 ? -unit : unit) - goal);
             };
-            frame_loss += config.velocity_weight * a * 2 * std::sqrt((error(t) - error(t - 1)).squaredNorm() + 1e-8);
+            frame_loss += config.objective.velocity_weight * a * 2 * std::sqrt((error(t) - error(t - 1)).squaredNorm() + 1e-8);
           }
         }
         for (int r = 0; r < 6; ++r) {
-          const double weight = r == 4 || r == 5 ? *std::max_element(alpha.begin(), alpha.end()) : config.root_weight;
+          const double weight = r == 4 || r == 5 ? *std::max_element(alpha.begin(), alpha.end()) : config.objective.root_weight;
           frame_loss += weight * std::pow(value(x, b, t, 4 * c.joints + r) - value(y, b, t, 4 * c.joints + r), 2);
         }
         loss += config.reconstruction_scale * frame_loss;
@@ -176,7 +178,7 @@ TEST(Objective, EqualsItsEquations) {
   const double half = oracle(training, *data().train, config, 20, 6, 30, 1, 0.8);
   EXPECT_NEAR(total_loss(training, 20), half, 2e-5 * half);
 
-  config.velocity_weight = 0;
+  config.objective.velocity_weight = 0;
   MotionCellTraining still(tiny_network(), config, *data().train, nullptr);
   const double without = oracle(still, *data().train, config, 20, 6, 30, 1, 0.8);
   EXPECT_NEAR(total_loss(still, 20), without, 2e-5 * without);
@@ -332,14 +334,14 @@ TEST(Schedules, OfPretrainingAndOfTheRest) {
   EXPECT_NEAR(training.learning_rate(85), 1e-3 * std::sqrt(0.1), 1e-12);
 
   EXPECT_NEAR(term(training, 0, "kl_weight"), 0.1, 1e-12);
-  EXPECT_EQ(term(training, 9, "own_output"), 0);
+  EXPECT_EQ(term(training, 9, "exposure"), 0);
   EXPECT_EQ(term(training, 10, "kl_weight"), 0);
   EXPECT_EQ(term(training, 15, "kl_weight"), 0);
   EXPECT_NEAR(term(training, 30, "kl_weight"), (0.2 - 0.05) / 0.35, 1e-12);
   EXPECT_EQ(term(training, 50, "kl_weight"), 1);
-  EXPECT_EQ(term(training, 20, "own_output"), 0);
-  EXPECT_NEAR(term(training, 45, "own_output"), 0.5, 1e-12);
-  EXPECT_EQ(term(training, 70, "own_output"), 1);
+  EXPECT_EQ(term(training, 20, "exposure"), 0);
+  EXPECT_NEAR(term(training, 45, "exposure"), 0.5, 1e-12);
+  EXPECT_EQ(term(training, 70, "exposure"), 1);
   // The window grows: from the batch the loss is made of.
   const double before = oracle(training, *data().train, c, 49, 6, 15, (0.39 - 0.05) / 0.35, 0.58);
   EXPECT_NEAR(total_loss(training, 49), before, 2e-5 * before);
@@ -363,6 +365,8 @@ TEST(TrainingConfig, JsonRoundTrip) {
     c.windows = {{0, 45}, {1.0 / 3, 90}};
     c.learning_rate = {0.1, 0.2, 0.3, 4};
     c.pretraining = {5, 6, 0.7, 0.8, 0.9};
+    c.exposure = Exposure::joint_dropout;
+    c.objective.distance = objective::Distance::fk;
     const auto json = nlohmann::json::parse(to_json(c).dump());
     const TrainingConfig back = training_config_from_json(json);
     EXPECT_EQ(to_json(back), json);
@@ -383,7 +387,7 @@ TEST(TrainingConfig, Presets) {
   EXPECT_EQ(paper.epochs, 1600);
   EXPECT_EQ(paper.learning_rate.rate, 1e-3);
   EXPECT_EQ(paper.gradient_limit, 0.1);
-  EXPECT_EQ(paper.velocity_weight, 0);
+  EXPECT_EQ(paper.objective.velocity_weight, 0);
   EXPECT_EQ(paper.pretraining.steps, 0);
   EXPECT_NO_THROW(TrainingConfig::preset("small").validate(3));
   EXPECT_THROW(TrainingConfig::preset("large"), Error);
@@ -418,10 +422,184 @@ TEST(TrainingConfig, ValidateNamesTheField) {
   expect("window", [](auto& c) { c.windows = {{0, 0}}; });
   expect("pretraining", [](auto& c) { c.pretraining.steps = c.steps + 1; });
   expect("pretraining", [](auto& c) { c.pretraining.steps = -1; });
+  expect("classifier weight", [&](auto& c) { c.classifier_weight.to = nan; });
+  expect("own output", [](auto& c) { c.own_output.to = 1.5; });
+  expect("input noise", [](auto& c) { c.noise.to = -0.1; });
+  expect("joint dropout", [](auto& c) { c.joint_dropout.to = 1.1; });
   expect("frames in all", [](auto& c) { c.batch = 65536, c.windows = {{0, 30}, {0.5, 99999}}; });
 }
 
-TEST(Training, OtherRepresentationsAreRefused) {
+TEST(TrainingConfig, Exposures) {
+  for (const auto e : {Exposure::none, Exposure::own_output, Exposure::noise, Exposure::joint_dropout}) EXPECT_EQ(parse_exposure(text(e)), e);
+  EXPECT_THROW(parse_exposure("prayer"), Error);
+}
+
+// The objective's value for the step's own batch, with what the encoder read given by `corrupt`.
+double with_input(MotionCellTraining& training, const TrainingConfig& config, std::int64_t step, const std::function<void(Tensor&, Random&)>& corrupt) {
+  const MotionDataset& set = *data().train;
+  const MotionCellConfig& c = training.network().config();
+  const train::Batch batch = train::draw_batch(set, config.batch, 30, train::identity_padding(set.layout(), set.mean(), set.deviation()), config.seed, stream_of(1, static_cast<std::uint64_t>(step)));
+  Random random(config.seed, stream_of(2, static_cast<std::uint64_t>(step), 0)), damage(config.seed, stream_of(4, static_cast<std::uint64_t>(step), 0));
+  CellInput in;
+  in.x = batch.features.clone();
+  corrupt(in.x, damage);
+  in.classes = batch.classes;
+  in.posterior_noise = nn::normal_tensor({30 / c.word_length, config.batch, c.latent}, random);
+  in.initial_noise = nn::normal_tensor({config.batch, 2 * c.hidden}, random);
+  const torch::NoGradGuard no_grad;
+  const CellOutput out = reference_forward(training.network(), in);
+  objective::Figures figures;
+  const Tensor words = batch.mask.view({config.batch, -1, c.word_length}).amax(-1);
+  const Tensor loss = config.reconstruction_scale * objective::MotionObjective(config.objective, set)(out.y, batch, figures).sum() + (out.kl * words).sum();
+  return loss.item<double>() / static_cast<double>(config.batch);
+}
+
+TEST(Exposure, NoiseReachesTheEncoderAlone) {
+  TrainingConfig config = tiny_training();
+  config.shards = 1;
+  config.exposure = Exposure::noise;
+  config.noise.to = 0.25;
+  MotionCellTraining training(tiny_network(), config, *data().train, nullptr);
+  EXPECT_NEAR(term(training, 14, "exposure"), 0.125, 1e-12);  // half way up the ramp
+  EXPECT_NEAR(term(training, 30, "exposure"), 0.25, 1e-12);
+  const double expected = with_input(training, config, 30, [](Tensor& x, Random& random) { x += 0.25 * nn::normal_tensor(x.sizes(), random); });
+  EXPECT_NEAR(total_loss(training, 30), expected, 2e-5 * expected);
+  const double clean = with_input(training, config, 30, [](Tensor&, Random&) {});
+  EXPECT_GT(std::abs(expected - clean), 1e-4 * clean);
+}
+
+TEST(Exposure, JointDropoutPutsWholeJointsToTheirMean) {
+  TrainingConfig config = tiny_training();
+  config.shards = 1;
+  config.exposure = Exposure::joint_dropout;
+  config.joint_dropout.to = 0.3;
+  MotionCellTraining training(tiny_network(), config, *data().train, nullptr);
+  double dropped = 0, all = 0;
+  const double expected = with_input(training, config, 30, [&](Tensor& x, Random& random) {
+    for (std::int64_t b = 0; b < x.size(0); ++b)
+      for (std::int64_t t = 0; t < x.size(1); ++t)
+        for (int j = 0; j < 21; ++j, ++all)
+          if (random.uniform() < 0.3) x[b][t].narrow(0, 4 * j, 4).zero_(), ++dropped;
+  });
+  EXPECT_NEAR(dropped / all, 0.3, 0.03);
+  EXPECT_NEAR(total_loss(training, 30), expected, 2e-5 * expected);
+}
+
+TEST(Exposure, NoneIsTeacherForcing) {
+  TrainingConfig config = tiny_training();
+  config.shards = 1;
+  config.exposure = Exposure::none;
+  MotionCellTraining training(tiny_network(), config, *data().train, nullptr);
+  const double expected = with_input(training, config, 39, [](Tensor&, Random&) {});
+  EXPECT_NEAR(total_loss(training, 39), expected, 2e-5 * expected);
+  EXPECT_EQ(term(training, 39, "exposure"), 0);
+}
+
+struct Classifiers {
+  TemporaryFolder folder;
+  std::unique_ptr<objective::ClassifierLoss> good, overflowing;
+  Classifiers() {
+    const std::vector<Clip> clips = {swinging("a", 60, 0, 0), swinging("b", 45, 1, 1)};
+    mocap::testing::write_classifier(folder / "good.h5", clips, "action", {"run", "walk"}, 1);
+    mocap::testing::write_classifier(folder / "bad.h5", clips, "action", {"run", "walk"}, 1, 1e20);
+    good = std::make_unique<objective::ClassifierLoss>(std::vector<std::string>{folder / "good.h5"}, *data().train);
+    overflowing = std::make_unique<objective::ClassifierLoss>(std::vector<std::string>{folder / "bad.h5"}, *data().train);
+  }
+};
+const Classifiers& classifiers() {
+  static const Classifiers c;
+  return c;
+}
+
+TEST(ClassifierTerm, GrowsAfterATenthAndIsScaledByWords) {
+  TrainingConfig config = tiny_training(110);
+  config.pretraining.steps = 10;
+  config.shards = 1;
+  config.exposure = Exposure::none;
+  MotionCellTraining with(tiny_network(), config, *data().train, nullptr, classifiers().good.get()), without(tiny_network(), config, *data().train, nullptr);
+  for (const auto& [step, weight] : {std::pair<std::int64_t, double>{5, 0}, {10, 0}, {20, 0}, {35, 0.015}, {50, 0.03}, {109, 0.03}}) {
+    EXPECT_NEAR(term(with, step, "classifier_weight"), weight, 1e-12) << step;
+    const double difference = total_loss(with, step) - total_loss(without, step);
+    with.prepare(step);
+    double words = 0;  // of the batch
+    if (weight > 0) {
+      const MotionDataset& set = *data().train;
+      const train::Batch batch = train::draw_batch(set, 6, 30, train::identity_padding(set.layout(), set.mean(), set.deviation()), config.seed, stream_of(1, static_cast<std::uint64_t>(step)));
+      words = batch.mask.view({6, 10, 3}).amax(-1).sum().item<double>();
+    }
+    const double expected = config.reconstruction_scale * weight * term(with, step, "classifiers") * words / 6;
+    EXPECT_NEAR(difference, expected, 1e-3 * expected + 1e-9 + 1e-6 * total_loss(without, step)) << step;
+    if (weight > 0) {
+      EXPECT_GT(expected, 0.01);
+    }
+  }
+  EXPECT_EQ(term(without, 109, "classifiers"), 0);
+  EXPECT_EQ(nlohmann::json::parse(with.describe().config).at("classifiers"), classifiers().good->to_json());
+  EXPECT_EQ(nlohmann::json::parse(without.describe().config).at("classifiers"), nlohmann::json::array());
+  EXPECT_NE(with.identity(), without.identity());
+}
+
+std::string divergence(MotionCellTraining& training) {
+  const TemporaryFolder folder;
+  train::LoopOptions options;
+  options.output = folder / "m.h5";
+  options.checkpoint_epochs = 1;
+  try {
+    train::train(training, options, {});
+  } catch (const Error& e) {
+    return std::string(e.what()) + " / " + e.hint();
+  }
+  return "none";
+}
+
+TEST(Divergence, NamesTheClassifiersTermAndTheCheckpoint) {
+  TrainingConfig config = tiny_training();
+  MotionCellTraining training(tiny_network(), config, *data().train, nullptr, classifiers().overflowing.get());
+  const std::string said = divergence(training);
+  EXPECT_NE(said.find("diverged at step 6: classifiers is not finite"), std::string::npos) << said;  // the first with a weight
+  EXPECT_NE(said.find("last good checkpoint: "), std::string::npos) << said;
+}
+
+TEST(Divergence, NamesTheTermsOfTheObjective) {
+  // A decoder that gives numbers whose fourth power is beyond float: of the terms, the matrices' constraint alone overflows.
+  const MotionDataset matrices(data().folder / "train.h5", RotationRepresentation::rotation_matrix, {});
+  TrainingConfig config = tiny_training();
+  config.objective.distance = objective::Distance::geodesic;
+  config.objective.velocity_weight = 0;
+  MotionCellTraining training(tiny_network(), config, matrices, nullptr);
+  {
+    const torch::NoGradGuard no_grad;
+    training.network().word_decoder->bias(2).slice(0, 0, 9).add_(1e12);
+  }
+  const std::string said = divergence(training);
+  EXPECT_NE(said.find("diverged at step 1: constraint is not finite"), std::string::npos) << said;
+}
+
+TEST(Representations, LossFallsInEach) {
+  for (const auto& [r, d] : {std::pair{RotationRepresentation::rotation_matrix, objective::Distance::geodesic}, {RotationRepresentation::axis_angle, objective::Distance::l2}, {RotationRepresentation::axis_angle, objective::Distance::d1},
+                             {RotationRepresentation::quaternion, objective::Distance::fk}}) {
+    const MotionDataset set(data().folder / "train.h5", r, {});
+    TrainingConfig config = tiny_training(60);
+    config.gradient_limit = 10;
+    config.learning_rate.rate = 5e-3;
+    config.kl_weight.to = 0;
+    config.objective.distance = d;
+    MotionCellConfig network = tiny_network();
+    network.single_layer = d == objective::Distance::d1;
+    if (network.single_layer) network.word_length = 1;
+    MotionCellTraining training(network, config, set, nullptr);
+    EXPECT_EQ(training.network().config().rotation_values, static_cast<int>(r));
+    const TemporaryFolder folder;
+    train::LoopOptions options;
+    options.output = folder / "m.h5";
+    double first = 0, last = 0;
+    train::train(training, options, [&](const train::Progress& p) { (p.step <= 5 ? first : last) += p.step <= 5 || p.step > 55 ? p.loss / 5 : 0; });
+    EXPECT_LT(last, 0.75 * first) << features::text(r) << " " << objective::text(d);
+    EXPECT_EQ(nlohmann::json::parse(store::read_model(folder / "m.h5").config).at("representation"), features::text(r));
+  }
+}
+
+TEST(Representations, ImpossibleDistancesAreRefused) {
   const MotionDataset matrices(data().folder / "train.h5", RotationRepresentation::rotation_matrix, {});
   EXPECT_THROW(MotionCellTraining(tiny_network(), tiny_training(), matrices, nullptr), Error);
 }
