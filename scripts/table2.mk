@@ -21,7 +21,6 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
-.SECONDARY:
 
 OUT ?= table2
 ATTRIBUTES ?= action gender
@@ -63,6 +62,7 @@ $(error usage: make table2 DATA=folder LABELS=labels.tsv OUT=table2 (scripts/tab
 endif
 
 .ONESHELL:
+.SECONDARY: $(foreach r,$(runs),$(OUT)/samples-$(r).h5)
 
 $(OUT)/all.h5:
 	mkdir -p $(OUT)

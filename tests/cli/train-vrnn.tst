@@ -205,10 +205,10 @@
 0 . for a in quaternet erd; do sample -q -m $a.h5 -n 8 --frames 20 -j 2 -o s-$a.h5 && sample -q -m $a.h5 -n 8 --frames 20 -j 1 -o - | cmp - s-$a.h5 && motion-info --check full s-$a.h5 || exit 9; done
 3 ~^sample:.cut-erd\.h5 head -c 100000 erd.h5 > cut-erd.h5; sample -m cut-erd.h5 -o x.h5
 2 ~not.trained.on.'dancing' sample -m erd.h5 --attr action=dancing -o x.h5
-75 . for a in quaternet erd; do ./b --arch $a --steps 120 -o one-$a.h5 || exit 9; done; ./stop TERM ./b --arch erd --steps 120 -o sig.h5 -f
+75 . rm -f sig.h5*; for a in quaternet erd; do ./b --arch $a --steps 120 -o one-$a.h5 || exit 9; done; ./stop TERM ./b --arch erd --steps 120 -o sig.h5 -f
 0 . ./b --arch erd --steps 120 --resume -j 1 -o sig.h5 && cmp sig.h5 one-erd.h5 && cmp sig.h5.log.tsv one-erd.h5.log.tsv
 2 ~was.trained.with.kind ./b --arch quaternet --steps 120 --resume -o sig.h5
-75 . rm sig.h5; ./stop KILL ./b --arch quaternet --steps 120 -o sig.h5; ./stop TERM ./b --arch quaternet --steps 120 -o sig.h5 --resume
+75 . rm -f sig.h5*; ./stop KILL ./b --arch quaternet --steps 120 -o sig.h5; ./stop TERM ./b --arch quaternet --steps 120 -o sig.h5 --resume
 0 . ./b --arch quaternet --steps 120 --resume -j 2 -o sig.h5 && cmp sig.h5 one-quaternet.h5 && cmp sig.h5.log.tsv one-quaternet.h5.log.tsv
 3 ~diverged.at.step.[0-9]+ ./b --arch erd --steps 20 --learning-rate 1e30 -o div.h5
 2 ~expected.one.of ./b --arch lstm --steps 2 -o x.h5

@@ -13,7 +13,7 @@ fail() { echo "table2.sh: $*"; exit 1; }
 
 make-corpus -q --subjects 14 --seconds 3 --transitions 0 -o corpus
 table() { make -s -f "$root/scripts/table2.mk" BIN="$bin" DATA=corpus LABELS=corpus/labels.tsv OUT=t SPLIT="--by subject --ratios 14,4,10" STEPS=8 SAMPLES=160 SEEDS="1 2" JUDGES="11 12" \
-  OPTIONS="--batch 8 --window 30 --pretrain-steps 2" JUDGING="--pca 8 --resamples 20" "$@"; }
+  OPTIONS="--batch 8 --window 30" JUDGING="--pca 8 --resamples 20" "$@"; }
 table > out.txt 2> log.txt || { tail -5 log.txt; fail "status $?"; }
 [ "$(grep -c '^| \(Proposed\|ERD\|QuaterNet\)' t/table.md)" = 6 ] || fail "not six models: $(cat t/table.md)"
 grep -q '^| Real data' t/table.md || fail "no row of real data"
