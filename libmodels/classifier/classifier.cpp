@@ -52,18 +52,7 @@ std::unique_ptr<Classifier> Classifier::load(const std::string& path, std::strin
   s->attribute = model.vocabulary.begin()->first;
   s->classes = model.vocabulary.begin()->second;
   if (static_cast<int>(s->classes.size()) != network.classes) refuse({file, 0, "vocabulary/" + s->attribute}, fmt::format("{} classes, expected the {} of the network", s->classes.size(), network.classes));
-  const auto finite = [](float v) { return std::isfinite(v); };
-  const auto inputs = static_cast<std::size_t>(network.inputs());
-  if (model.mean.size() != inputs || model.deviation.size() != inputs) refuse({file, 0, "normalization"}, fmt::format("{} means and {} deviations, expected {}", model.mean.size(), model.deviation.size(), inputs));
-  if (!std::all_of(model.mean.begin(), model.mean.end(), finite) || !std::all_of(model.deviation.begin(), model.deviation.end(), [&](float v) { return finite(v) && v > 0; }))
-    refuse({file, 0, "normalization"}, "a mean that is not finite or a deviation that is not above 0");
-  std::int64_t stored = 0;
-  for (const auto& [name, tensor] : model.weights) {
-    stored += static_cast<std::int64_t>(tensor.values.size());
-    if (!std::all_of(tensor.values.begin(), tensor.values.end(), finite)) refuse({file, 0, "weights/" + name}, "a value that is not finite");
-  }
-  // Before a network of these sizes is built: a few numbers in a small file must not ask for all memory.
-  if (stored != network.parameter_count()) refuse({file, 0, "weights"}, fmt::format("{} values, expected the {} of the network in config", stored, network.parameter_count()));
+  train::check_numbers(model, network.inputs(), network.parameter_count(), file);
   Random random(0, 0);
   s->network = std::make_unique<Network>(network, random);
   const auto parameters = nn::parameters_by_path(*s->network);

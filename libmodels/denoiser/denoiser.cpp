@@ -86,18 +86,7 @@ std::unique_ptr<Denoiser> Denoiser::load(const std::string& path, std::string* f
   if (!(std::isfinite(s->rate) && s->rate > 0)) refuse({file, 0, "config"}, "no frame_rate_hz above 0, expected that of the training data");
   s->skeleton = model.skeleton;
   if (!s->skeleton || s->skeleton->joint_count() - 1 != network.joints) refuse({file, 0, "skeleton"}, "another number of joints than the network's");
-  const auto finite = [](float v) { return std::isfinite(v); };
-  const auto columns = static_cast<std::size_t>(network.columns());
-  if (model.mean.size() != columns || model.deviation.size() != columns) refuse({file, 0, "normalization"}, fmt::format("{} means and {} deviations, expected {}", model.mean.size(), model.deviation.size(), columns));
-  if (!std::all_of(model.mean.begin(), model.mean.end(), finite) || !std::all_of(model.deviation.begin(), model.deviation.end(), [&](float v) { return finite(v) && v > 0; }))
-    refuse({file, 0, "normalization"}, "a mean that is not finite or a deviation that is not above 0");
-  std::int64_t stored = 0;
-  for (const auto& [name, tensor] : model.weights) {
-    stored += static_cast<std::int64_t>(tensor.values.size());
-    if (!std::all_of(tensor.values.begin(), tensor.values.end(), finite)) refuse({file, 0, "weights/" + name}, "a value that is not finite");
-  }
-  // Before a network of these sizes is built: a few numbers in a small file must not ask for all memory.
-  if (stored != network.parameter_count()) refuse({file, 0, "weights"}, fmt::format("{} values, expected the {} of the network in config", stored, network.parameter_count()));
+  train::check_numbers(model, network.columns(), network.parameter_count(), file);
   s->network = std::make_unique<Network>(network);
   train::load_weights(nn::parameters_by_path(*s->network), model.weights, file);
   s->mean = model.mean;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libmocap/base/error.hpp"
+#include "libmodels/train/tensors.hpp"
 
 namespace mocap::generators {
 namespace {
@@ -42,11 +43,7 @@ FeatureGenerator::FeatureGenerator(const store::ModelFile& model, const std::str
   if (!skeleton_ || skeleton_->joint_count() - 1 != network.joints) refuse({file, 0, "skeleton"}, "another number of joints than the network's");
   if (network.rotation_values != static_cast<int>(representation_) || network.root_values != features::kRootValues)
     refuse({file, 0, "config"}, "another number of values in a frame than the representation " + features::text(representation_) + " has");
-  if (static_cast<std::int64_t>(mean_.size()) != columns || static_cast<std::int64_t>(deviation_.size()) != columns)
-    refuse({file, 0, "normalization"}, std::to_string(mean_.size()) + " means, expected " + std::to_string(columns));
-  const auto finite = [](float v) { return std::isfinite(v); };
-  if (!std::all_of(mean_.begin(), mean_.end(), finite) || !std::all_of(deviation_.begin(), deviation_.end(), [&](float v) { return finite(v) && v > 0; }))
-    refuse({file, 0, "normalization"}, "a mean that is not finite or a deviation that is not above 0");
+  train::check_numbers(model, columns, network.parameters, file);
   if (vocabulary_.size() != network.attribute_classes.size()) refuse({file, 0, "vocabulary"}, "another number of attributes than the network's");
   std::size_t a = 0;
   for (const auto& [name, values] : vocabulary_)
@@ -61,12 +58,6 @@ FeatureGenerator::FeatureGenerator(const store::ModelFile& model, const std::str
     }
     combinations_.push_back(std::move(combination));
   }
-  std::int64_t stored = 0;
-  for (const auto& [name, tensor] : model.weights) {
-    stored += static_cast<std::int64_t>(tensor.values.size());
-    if (!std::all_of(tensor.values.begin(), tensor.values.end(), finite)) refuse({file, 0, "weights/" + name}, "a value that is not finite");
-  }
-  if (stored != network.parameters) refuse({file, 0, "weights"}, fmt::format("{} values, expected the {} of the network in config", stored, network.parameters));
 }
 
 std::vector<std::int64_t> FeatureGenerator::classes_of(const Attributes& attributes) const {

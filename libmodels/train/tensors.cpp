@@ -3,6 +3,9 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "libmocap/base/error.hpp"
 
 namespace mocap::train {
@@ -38,6 +41,20 @@ void load_weights(const NamedTensors& parameters, const std::map<std::string, st
     target.copy_(from_stored(it->second));
   }
   if (stored.size() != parameters.size()) refuse({file, 0, "weights"}, fmt::format("{} tensors, expected the {} of the network", stored.size(), parameters.size()));
+}
+
+void check_numbers(const store::ModelFile& model, std::int64_t columns, std::int64_t parameters, const std::string& file) {
+  const auto finite = [](float v) { return std::isfinite(v); };
+  if (static_cast<std::int64_t>(model.mean.size()) != columns || static_cast<std::int64_t>(model.deviation.size()) != columns)
+    refuse({file, 0, "normalization"}, fmt::format("{} means and {} deviations, expected {}", model.mean.size(), model.deviation.size(), columns));
+  if (!std::all_of(model.mean.begin(), model.mean.end(), finite) || !std::all_of(model.deviation.begin(), model.deviation.end(), [&](float v) { return finite(v) && v > 0; }))
+    refuse({file, 0, "normalization"}, "a mean that is not finite or a deviation that is not above 0");
+  std::int64_t stored = 0;
+  for (const auto& [name, tensor] : model.weights) {
+    stored += static_cast<std::int64_t>(tensor.values.size());
+    if (!std::all_of(tensor.values.begin(), tensor.values.end(), finite)) refuse({file, 0, "weights/" + name}, "a value that is not finite");
+  }
+  if (stored != parameters) refuse({file, 0, "weights"}, fmt::format("{} values, expected the {} of the network in config", stored, parameters));
 }
 
 }  // namespace mocap::train

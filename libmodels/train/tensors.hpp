@@ -18,4 +18,8 @@ std::map<std::string, store::Tensor> to_stored(const NamedTensors& tensors);
 // shape.
 void load_weights(const NamedTensors& parameters, const std::map<std::string, store::Tensor>& stored, const std::string& file);
 
+// Before a network is built from a file: `columns` finite means and deviations above 0, and `parameters` finite weights in all, so that a few
+// numbers in a small file cannot ask for all memory. Error(data) naming the part.
+void check_numbers(const store::ModelFile& model, std::int64_t columns, std::int64_t parameters, const std::string& file);
+
 }  // namespace mocap::train

@@ -242,7 +242,7 @@ TEST(BaselineGenerator, DamagedFiles) {
     expect("weights: ", [](auto& m, auto&) { m.weights.clear(); });
     expect("weights/decoder/0/weight: a value", [](auto& m, auto&) { m.weights["decoder/0/weight"].values[3] = std::numeric_limits<float>::infinity(); });
     expect("weights/", [](auto& m, auto&) { std::swap(m.weights["decoder/0/weight"], m.weights["start/0/weight"]); });
-    expect("normalization: 0 means, expected 90", [](auto& m, auto&) { m.mean.clear(), m.deviation.clear(); });
+    expect("normalization: 0 means and 0 deviations, expected 90", [](auto& m, auto&) { m.mean.clear(), m.deviation.clear(); });
     expect("vocabulary/mood", [](auto& m, auto&) { m.vocabulary["mood"].pop_back(); });
     // The other baseline's weights.
     expect("weights", [&](auto& m, auto&) { m.kind = arch == baselines::Arch::erd ? "quaternet" : "erd"; });
@@ -315,7 +315,7 @@ TEST(Generator, DamagedParts) {
   expect("m.h5:vocabulary: ", [](auto& m) { m.vocabulary["more"] = {"a"}; });
   expect("m.h5:skeleton: ", [](auto& m) { m.skeleton = mocap::testing::one_joint(); });
   expect("m.h5:skeleton: ", [](auto& m) { m.skeleton = nullptr; });
-  expect("m.h5:normalization: 0 means, expected 90", [](auto& m) { m.mean.clear(), m.deviation.clear(); });
+  expect("m.h5:normalization: 0 means and 0 deviations, expected 90", [](auto& m) { m.mean.clear(), m.deviation.clear(); });
   expect("m.h5:normalization: ", [](auto& m) { m.mean[3] = std::numeric_limits<float>::quiet_NaN(); });
   expect("m.h5:normalization: ", [](auto& m) { m.deviation[3] = std::numeric_limits<float>::infinity(); });
   expect("m.h5:normalization: ", [](auto& m) { m.deviation[3] = 0; });
