@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
@@ -60,7 +61,11 @@ class Denoise final : public cli::Tool {
     const cli::InputFile& input = context.inputs().at(0);
     if (model_ == "-" && input.path == "-") refuse_usage("-m - and the input -: expected one of them to be a file");
     if (report_ == "-") refuse_usage("--report -: standard output is for the archive, expected a file");
-    if (!report_.empty()) check_output(report_, context.overwrite());
+    if (!report_.empty()) {
+      for (const std::string& other : {context.common().output, input.path, model_})
+        if (std::filesystem::path(report_).lexically_normal() == std::filesystem::path(other).lexically_normal()) refuse_usage("--report " + report_ + " is another file of this command, expected one of its own");
+      check_output(report_, context.overwrite());
+    }
     std::string model_digest;
     const auto trained = denoiser::Denoiser::load(model_, &model_digest);
     const store::ArchiveReader reader(input.path);

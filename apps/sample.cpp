@@ -53,9 +53,9 @@ class Sample final : public cli::Tool {
     app.add_option("--frames", frames_, "frames of each motion (default: the model's)")->check(cli::whole(1, 1000000, "FRAMES"));
     app.add_option("--attr", attributes_, "NAME=VALUE to generate (repeatable; several values of a name are all used; default: all combinations trained on, equally)");
     app.add_option("--schedule", schedule_, "table of attributes over time; what it leaves open is as without it. Changes are moved to the model's nearest word")->check(cli::path("FILE.tsv"));
-    app.add_flag("--stop-when-still", stop_, "end each motion where it comes to rest after having moved");
-    app.add_option("--still-speed", stillness_.speed, "with --stop-when-still: impact-weighted joint speed under which a step is still, rad m/s")->check(cli::positive("SPEED"))->capture_default_str();
-    app.add_option("--still-seconds", stillness_.seconds, "with --stop-when-still: how long all steps have to be still; a quarter of a second of it is kept")->check(cli::positive("SECONDS"))->capture_default_str();
+    CLI::Option* stop = app.add_flag("--stop-when-still", stop_, "end each motion where it comes to rest after having moved");
+    app.add_option("--still-speed", stillness_.speed, "with --stop-when-still: impact-weighted joint speed under which a step is still, rad m/s")->needs(stop)->check(cli::positive("SPEED"))->capture_default_str();
+    app.add_option("--still-seconds", stillness_.seconds, "with --stop-when-still: how long all steps have to be still; a quarter of a second of it is kept")->needs(stop)->check(cli::positive("SECONDS"))->capture_default_str();
     app.add_option("--noise-scale", noise_scale_, "factor on the latent noise: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
   }
 

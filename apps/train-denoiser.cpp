@@ -35,8 +35,8 @@ class TrainDenoiser final : public tools::TrainingTool {
     app.add_option("--epochs", c_.epochs, "passes over the data")->check(cli::whole(1, 1000000000, "EPOCHS"))->capture_default_str();
     app.add_option("--batch", c_.batch, "windows in a batch")->check(cli::whole(1, 65536, "CLIPS"))->capture_default_str();
     app.add_option("--window", c_.window, "frames of a window; 8 more on either side are seen but not judged")->check(cli::whole(1, 100000, "FRAMES"))->capture_default_str();
-    app.add_option("--corrupt-share", c_.share, "share of the numbers that are disturbed")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
-    app.add_option("--corrupt-deviation", c_.corruption, "of the noise on standardised features")->check(cli::positive("DEVIATION"))->capture_default_str();
+    share_given_ = app.add_option("--corrupt-share", c_.share, "share of the numbers that are disturbed")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
+    corruption_given_ = app.add_option("--corrupt-deviation", c_.corruption, "of the noise on standardised features")->check(cli::positive("DEVIATION"))->capture_default_str();
     app.add_option("--learning-rate", c_.learning_rate, "of Adam at the start")->check(cli::positive("RATE"))->capture_default_str();
     app.add_option("--rate-decay", c_.decay, "what the learning rate is multiplied by every 10 epochs")->check(cli::between(0, 1, "FACTOR"))->capture_default_str();
     add_loop_options(app);
@@ -44,6 +44,7 @@ class TrainDenoiser final : public tools::TrainingTool {
 
   Exit run(cli::Context& context) override {
     const std::string input = begin(context);
+    if (!noisy_.empty() && (corruption_given_->count() > 0 || share_given_->count() > 0)) refuse_usage("--corrupt-share or --corrupt-deviation with --noisy, which takes the place of made noise");
     if (noisy_.empty() && !validation_noisy_.empty()) refuse_usage("--val-noisy without --noisy, expected both");
     if (!noisy_.empty() && validation_.empty() != validation_noisy_.empty()) refuse_usage("--val and --val-noisy, expected both or none with --noisy");
     for (const std::string* path : {&noisy_, &validation_, &validation_noisy_})
@@ -70,6 +71,7 @@ class TrainDenoiser final : public tools::TrainingTool {
  private:
   std::string noisy_, validation_, validation_noisy_;
   denoiser::TrainingConfig c_;
+  CLI::Option *share_given_ = nullptr, *corruption_given_ = nullptr;
 };
 
 }  // namespace

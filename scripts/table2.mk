@@ -2,7 +2,8 @@
 #
 #   make table2 DATA=folder LABELS=labels.tsv OUT=table2                        (through the Makefile, or make -f scripts/table2.mk BIN=build/release/bin ...)
 #
-# What is finished is kept, and a training that was stopped continues: run the same line again. One model after the other uses all cores.
+# What is finished is kept, and a training that was stopped continues: run the same line again. Other settings for the same OUT are refused:
+# they would mix in one table. One model after the other uses all cores.
 #   DATA LABELS      motion files and their labels (canonicalize --labels), or an archive as DATA
 #   DENOISER         a denoiser (train-denoiser) that mends all clips first; OUT/mended.tsv says what it changed (none)
 #   OUT=table2       folder for everything; the table is OUT/table.md, .tsv, .tex
@@ -43,7 +44,7 @@ runs := $(foreach m,$(MODELS),$(foreach s,$(SEEDS),$(m)-$(s)))
 # Clips of the periodic actions without their first 20 frames at 30 Hz, the others as they are: $(call without_start,IN,OUT)
 periodic_only := $(foreach v,$(PERIODIC),--attr $(action)=$(v))
 define without_start
-motion-select -q $(1) $(periodic_only) --time 0.6667: -f -o $(2).periodic
+motion-select -q $(1) $(periodic_only) --time 0.6666: -f -o $(2).periodic
 if [ -n "$(strip $(OTHER))" ]; then
   motion-select -q $(1) $(foreach v,$(OTHER),--attr $(action)=$(v)) -f -o $(2).other
   motion-merge -q $(2).periodic $(2).other -f -o $(2)
@@ -59,6 +60,20 @@ table: $(OUT)/table.md
 
 ifeq ($(strip $(DATA)),)
 $(error usage: make table2 DATA=folder LABELS=labels.tsv OUT=table2 (scripts/table2.mk lists the rest))
+endif
+
+# MODELS, SEEDS and JUDGES may grow; what decides a file may not change under it.
+settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)))
+ifneq ($(wildcard $(OUT)/settings),)
+  ifneq ($(strip $(settings)),$(strip $(file < $(OUT)/settings)))
+    $(error $(OUT)/settings: this table was begun with other settings, expected the same or another OUT)
+  endif
+else ifeq ($(findstring n,$(firstword -$(MAKEFLAGS))),)
+  $(shell mkdir -p $(OUT))
+  $(file > $(OUT)/settings,$(settings))
+endif
+ifeq ($(strip $(PERIODIC)),)
+  $(error PERIODIC is empty, expected at least one value of $(action))
 endif
 
 .ONESHELL:
@@ -110,7 +125,7 @@ $(foreach m,$(MODELS),$(foreach s,$(SEEDS),$(eval $(call model,$(m),$(s)))))
 
 $(OUT)/samples-%.h5: $(OUT)/%.h5
 	n=$$(( $(SAMPLES) * $(words $(PERIODIC)) / $(words $(PERIODIC) $(OTHER)) ))
-	sample -q -m $< -n $$n $(periodic_only) --frames 140 -o - | motion-select -q - --time 0.6667: -f -o $@.periodic
+	sample -q -m $< -n $$n $(periodic_only) --frames 140 -o - | motion-select -q - --time 0.6666: -f -o $@.periodic
 	if [ -n "$(strip $(OTHER))" ]; then
 	  sample -q -m $< -n $$(( $(SAMPLES) - n )) $(foreach v,$(OTHER),--attr $(action)=$(v)) --frames 140 --stop-when-still -f -o $@.other
 	  motion-merge -q $@.periodic $@.other -f -o $@

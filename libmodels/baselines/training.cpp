@@ -196,7 +196,7 @@ std::optional<double> BaselineTraining::validation_loss() {
     Random random(config_.seed, stream_of(kValidation, begin));
     NetworkInput input;
     input.x = batch.features;
-    input.classes = batch.classes;
+    input.classes = train::word_classes(batch, 1);
     input.initial_noise = nn::normal_tensor({batch.features.size(0), network_->config().state()}, random);
     objective::Figures figures;
     loss += (*objective_)(network_->forward(input, packed), batch, figures).sum().item<double>();

@@ -76,13 +76,12 @@ Data::Data(const std::string& path, const std::string& attribute, Half half, std
       refuse({name, 0, {}}, fmt::format("{} Hz, expected {} Hz as in the training data", header_.frame_rate_hz, like->header_.frame_rate_hz));
   }
   std::vector<std::size_t> labelled;
-  std::vector<std::string> labels, sources;
+  std::vector<std::string> labels;
   for (std::size_t i = 0; i < reader.size(); ++i) {
     const auto at = reader.info(i).attributes.find(attribute);
     if (at == reader.info(i).attributes.end() || at->second.empty()) continue;
     labelled.push_back(i);
     labels.push_back(at->second);
-    sources.push_back(source_of(reader.info(i)));
   }
   left_out_ = reader.size() - labelled.size();
   if (labelled.empty()) {
@@ -97,7 +96,17 @@ Data::Data(const std::string& path, const std::string& attribute, Half half, std
     classes_.assign(found.begin(), found.end());
     if (classes_.size() < 2) refuse({name, 0, {}}, fmt::format("all labelled clips have {}={}, expected at least two classes", attribute, classes_[0]));
   }
-  const std::vector<Half> half_of = halves(sources, labels, half_seed);
+  // Of all clips and by all their attributes, so that a source is in one half whatever attribute is learnt: a classifier of one attribute on half
+  // A and one of another on half B share none.
+  std::vector<std::string> every_source, every_label;
+  for (std::size_t i = 0; i < reader.size(); ++i) {
+    every_source.push_back(source_of(reader.info(i)));
+    std::string label;
+    for (const auto& [key, value] : reader.info(i).attributes)
+      if (key != "subject") label += key + "=" + value + "\n";
+    every_label.push_back(std::move(label));
+  }
+  const std::vector<Half> half_of = halves(every_source, every_label, half_seed);
   Statistics statistics(joints);
   std::vector<features::FeatureMatrix> encoded;
   std::set<std::string> digests;
@@ -105,7 +114,7 @@ Data::Data(const std::string& path, const std::string& attribute, Half half, std
   digest.update(reader.digest() + "\n" + attribute);
   members_.resize(classes_.size());
   for (std::size_t k = 0; k < labelled.size(); ++k) {
-    if (half != Half::all && half_of[k] != half) continue;
+    if (half != Half::all && half_of[labelled[k]] != half) continue;
     const auto& info = reader.info(labelled[k]);
     const auto at = std::find(classes_.begin(), classes_.end(), labels[k]);
     if (at == classes_.end()) refuse({name, 0, "clip " + info.name}, "attribute " + attribute + " is '" + labels[k] + "', which the training data does not know");
@@ -125,7 +134,7 @@ Data::Data(const std::string& path, const std::string& attribute, Half half, std
   }
   for (std::size_t c = 0; c < classes_.size(); ++c)
     if (!like && members_[c].empty())
-      refuse({name, 0, {}}, fmt::format("no source of {}={} is in half {}, expected two sources of each class or more", attribute, classes_[c], text(half)), "train on --half all");
+      refuse({name, 0, {}}, fmt::format("no source of {}={} is in half {}, expected more sources of each class", attribute, classes_[c], text(half)), "train on --half all");
   digest_ = to_hex(digest.finish());
   sources_.assign(digests.begin(), digests.end());
   mean_ = like ? like->mean_ : statistics.mean();

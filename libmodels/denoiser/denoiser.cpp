@@ -66,8 +66,6 @@ struct Denoiser::State {
 
 Denoiser::Denoiser(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Denoiser::~Denoiser() = default;
-std::shared_ptr<const Skeleton> Denoiser::skeleton() const { return state_->skeleton; }
-double Denoiser::frame_rate_hz() const { return state_->rate; }
 
 std::unique_ptr<Denoiser> Denoiser::load(const std::string& path, std::string* file_sha256) {
   const store::ModelFile model = store::read_model(path, file_sha256);
@@ -110,6 +108,23 @@ Clip Denoiser::apply(const Clip& clip) const {
   float* p = standard.data_ptr<float>();
   for (Eigen::Index t = 0; t < frames; ++t)
     for (Eigen::Index c = 0; c < columns; ++c) *p++ = static_cast<float>((x(t, c) - s.mean[static_cast<std::size_t>(c)]) / s.deviation[static_cast<std::size_t>(c)]);
+  // A pose that lasts is no spike, however far from what was trained on: the network sees it shifted to within its cut.
+  const auto reach = static_cast<std::int64_t>(std::lround(kSpikeSeconds * clip.frame_rate_hz));
+  p = standard.data_ptr<float>();
+  std::vector<double> column(static_cast<std::size_t>(frames));
+  for (std::int64_t c = 0; c < columns; ++c) {
+    bool far = false;
+    for (std::int64_t t = 0; t < frames; ++t) {
+      column[static_cast<std::size_t>(t)] = p[t * columns + c];
+      far = far || std::abs(p[t * columns + c]) > kCut;
+    }
+    if (!far) continue;
+    const auto lasting = median(column, reach);
+    for (std::int64_t t = 0; t < frames; ++t) {
+      const double m = lasting[static_cast<std::size_t>(t)];
+      p[t * columns + c] -= static_cast<float>(m - std::clamp(m, -kCut, kCut));
+    }
+  }
   for (std::int64_t first = 0; first < frames; first += kPart) {
     const std::int64_t count = std::min(kPart, frames - first);
     const torch::Tensor in = with_edges(standard, first, count).unsqueeze(0);
@@ -128,7 +143,6 @@ Clip Denoiser::apply(const Clip& clip) const {
   const auto n = static_cast<std::size_t>(frames);
   const Eigen::Index root = columns - features::kRootValues;
   const double deviation = kPathSeconds * clip.frame_rate_hz;
-  const auto reach = static_cast<std::int64_t>(std::lround(kSpikeSeconds * clip.frame_rate_hz));
   // Yaw of the root before, continuous, and as the denoised rates add up to.
   std::vector<double> lag(n);
   double heading = yaw_of(clip.rotations[0]), measured = heading;

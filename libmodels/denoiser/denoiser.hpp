@@ -13,8 +13,6 @@ class Denoiser {
   // `file_sha256`, where given, receives the digest of the file's bytes. Error(data) for another kind, and for a model that is damaged or does not fit itself.
   static std::unique_ptr<Denoiser> load(const std::string& path, std::string* file_sha256 = nullptr);
   ~Denoiser();
-  std::shared_ptr<const Skeleton> skeleton() const;
-  double frame_rate_hz() const;
 
   // The clip with other rotations and root positions; names, attributes, contacts, segments, source and path are kept. Any length: the network
   // is convolutional, its first and last frame stand for what is missing, long clips go through it in parts with the context that they reach.

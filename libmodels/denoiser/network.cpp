@@ -11,7 +11,6 @@ namespace mocap::denoiser {
 namespace {
 
 constexpr std::int64_t kKernel = 5;
-constexpr double kCut = 8;
 
 }  // namespace
 

@@ -26,6 +26,8 @@ struct NetworkConfig {
 nlohmann::json to_json(const NetworkConfig& config);
 NetworkConfig network_config_from_json(const nlohmann::json& json);  // Error(data)
 
+inline constexpr double kCut = 8;
+
 // Frames on either side that an output frame depends on.
 inline constexpr std::int64_t kReach = 8;
 

@@ -75,7 +75,20 @@ void Data::match(const Data& clean) {
     if (at == places.end()) refuse({name_, 0, {}}, fmt::format("no clip {}, expected the twin of every clip of {}", clip, clean.name_));
     const std::int64_t frames = clips_[at->second].size(0), expected = clean.clips_[i].size(0);
     if (frames != expected) refuse({name_, 0, "clip " + clip}, fmt::format("{} frames, expected {} as in {}", frames, expected, clean.name_));
-    ordered.push_back(clips_[at->second]);
+    // A quaternion and its negative are one rotation; each clip chose by itself (features/motion_cell.hpp), by its own noise.
+    torch::Tensor twin = clips_[at->second];
+    const std::int64_t joints = header_.skeleton->joint_count() - 1;
+    float* x = twin.data_ptr<float>();
+    const float* y = clean.clips_[i].data_ptr<float>();
+    for (std::int64_t t = 0; t < frames; ++t, x += twin.size(1), y += twin.size(1))
+      for (std::int64_t j = 0; j < joints; ++j) {
+        double dot = 0;
+        const auto raw = [&](const float* v, std::int64_t k) { return static_cast<double>(v[4 * j + k]) * deviation_[static_cast<std::size_t>(4 * j + k)] + mean_[static_cast<std::size_t>(4 * j + k)]; };
+        for (std::int64_t k = 0; k < 4; ++k) dot += raw(x, k) * raw(y, k);
+        for (std::int64_t k = 0; dot < 0 && k < 4; ++k)
+          x[4 * j + k] = static_cast<float>((-raw(x, k) - mean_[static_cast<std::size_t>(4 * j + k)]) / deviation_[static_cast<std::size_t>(4 * j + k)]);
+      }
+    ordered.push_back(twin);
   }
   clips_ = std::move(ordered);
   clip_names_ = clean.clip_names_;
@@ -97,6 +110,7 @@ DenoiserTraining::DenoiserTraining(TrainingConfig config, TrainingData data) : c
   positive("share of corrupted numbers", config_.share);
   positive("deviation of the corruption", config_.corruption);
   positive("decay of the learning rate", config_.decay);
+  positive("epochs between decays", static_cast<double>(config_.decay_epochs));
   positive("gradient limit", config_.gradient_limit);
   if (config_.window < 1) refuse_usage(fmt::format("a window of {} frames, expected at least 1", config_.window));
   if (config_.shards < 1 || config_.shards > config_.batch) refuse_usage(fmt::format("{} shards of a batch of {}, expected between 1 and the batch", config_.shards, config_.batch));

@@ -203,6 +203,22 @@ TEST(Halves, TogetherAreTheWholeData) {
   EXPECT_EQ(a.classes(), all.classes());
 }
 
+TEST(Halves, AreThoseOfEveryAttribute) {
+  const TemporaryFolder folder;
+  std::vector<Clip> clips;
+  for (int i = 0; i < 30; ++i) {
+    clips.push_back(swinging(fmt::format("c{}", i), 9, i % 3 == 0, 0));
+    if (i % 7 != 0) clips.back().attributes["mood"] = i % 2 ? "glad" : "calm";  // some have none
+    clips.back().attributes["subject"] = fmt::format("s{}", i);
+  }
+  write_archive(folder / "m.h5", clips);
+  const Data action(folder / "m.h5", "action", Half::a, 1), mood(folder / "m.h5", "mood", Half::b, 1);
+  std::vector<std::string> shared;
+  std::set_intersection(action.sources().begin(), action.sources().end(), mood.sources().begin(), mood.sources().end(), std::back_inserter(shared));
+  EXPECT_TRUE(shared.empty()) << shared.size();
+  EXPECT_EQ(action.sources().size(), 15U);
+}
+
 TEST(Data, RefusesWhatCannotBeLearnt) {
   const TemporaryFolder folder;
   write_archive(folder / "one.h5", {swinging("a", 9, true, 0), swinging("b", 9, true, 0)});

@@ -49,6 +49,7 @@
 2 ~number ./t c.h5 --corrupt-share 1.5 -o x.h5
 2 ~above.0 ./t c.h5 --corrupt-deviation 0 -o x.h5
 2 ~above.0 ./t c.h5 --learning-rate nan -o x.h5
+2 ~takes.the.place ./t pc.h5 --noisy pn.h5 --corrupt-share 0.2 -o x.h5
 2 ~--val-noisy.without.--noisy ./t pc.h5 --val pc.h5 --val-noisy pn.h5 -o x.h5
 2 ~expected.both.or.none ./t pc.h5 --noisy pn.h5 --val pc.h5 -o x.h5
 2 ~standard.input ./t pc.h5 --noisy - -o x.h5
