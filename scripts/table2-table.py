@@ -4,8 +4,8 @@
     table2-table.py FOLDER --models M ... --seeds S ... --judges J ...
 
 Reads FOLDER/figures-MODEL-SEED-JUDGE.json (fid-eval --json); writes table.md, table.tsv and table.tex there. With several seeds: the median
-over seeds and judges' mean, and in brackets the smallest and largest seed; with one seed the mean over judges and the 95 % interval of the
-first judge. Exit status 3 names a file that is missing or not what fid-eval writes.
+over seeds and judges' mean, and in brackets the smallest and largest seed; with one seed the means over judges of the value and of
+the ends of its 95 % interval. Exit status 3 names a file that is missing or not what fid-eval writes.
 """
 import argparse
 import json
@@ -72,7 +72,7 @@ def main():
             if len(seeds) > 1:
                 low, high = min(seeds), max(seeds)
             else:
-                low, high = (value(figures[m, a.seeds[0], a.judges[0]], figure, side) for side in ("low", "high"))
+                low, high = (mean([value(figures[m, a.seeds[0], j], figure, side) for j in a.judges]) for side in ("low", "high"))
             cells.append(f"{middle:.{digits}f}" + (f" [{low:.{digits}f}, {high:.{digits}f}]" if low is not None and high is not None else ""))
             tsv.append(f"{m}\t{figure}\t{middle:.6g}\t" + "\t".join("" if x is None else f"{x:.6g}" for x in (low, high)))
         rows.append([NAMES.get(m, m)] + cells)

@@ -9,6 +9,7 @@
 #   OUT=table2       folder for everything; the table is OUT/table.md, .tsv, .tex
 #   ATTRIBUTES       attributes to generate by and to judge by, the action first (action gender)
 #   PERIODIC OTHER   values of the first attribute: generated with 140 frames, the first 20 dropped; generated until they stand still
+#   STOP             sample's options for OTHER (--stop-when-still); a motion that holds a pose needs --still-seconds above the longest hold
 #   SPLIT            motion-split's options (--by subject --ratios 150,25,25)
 #   SELECT           motion-select's options for what the models see; classifiers see all (none)
 #   PRESET STEPS     small; 8000: equal for every model
@@ -27,6 +28,7 @@ OUT ?= table2
 ATTRIBUTES ?= action gender
 PERIODIC ?= walking jogging
 OTHER ?= jumping lifting
+STOP ?= --stop-when-still
 SPLIT ?= --by subject --ratios 150,25,25
 PRESET ?= small
 STEPS ?= 8000
@@ -63,7 +65,7 @@ $(error usage: make table2 DATA=folder LABELS=labels.tsv OUT=table2 (scripts/tab
 endif
 
 # MODELS, SEEDS and JUDGES may grow; what decides a file may not change under it.
-settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)))
+settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)))
 ifneq ($(wildcard $(OUT)/settings),)
   ifneq ($(strip $(settings)),$(strip $(file < $(OUT)/settings)))
     $(error $(OUT)/settings: this table was begun with other settings, expected the same or another OUT)
@@ -127,7 +129,7 @@ $(OUT)/samples-%.h5: $(OUT)/%.h5
 	n=$$(( $(SAMPLES) * $(words $(PERIODIC)) / $(words $(PERIODIC) $(OTHER)) ))
 	sample -q -m $< -n $$n $(periodic_only) --frames 140 -o - | motion-select -q - --time 0.6666: -f -o $@.periodic
 	if [ -n "$(strip $(OTHER))" ]; then
-	  sample -q -m $< -n $$(( $(SAMPLES) - n )) $(foreach v,$(OTHER),--attr $(action)=$(v)) --frames 140 --stop-when-still -f -o $@.other
+	  sample -q -m $< -n $$(( $(SAMPLES) - n )) $(foreach v,$(OTHER),--attr $(action)=$(v)) --frames 140 $(STOP) -f -o $@.other
 	  motion-merge -q $@.periodic $@.other -f -o $@
 	else
 	  mv $@.periodic $@

@@ -46,7 +46,7 @@
 2 ~no.input.given denoise -m m.h5 -o x.h5
 2 ~-m.-.and.the.input.- denoise - -m - -o x.h5 < n.h5
 2 ~--report.-: denoise n.h5 -m m.h5 --report - -o x.h5
-2 ~--report.x.h5.is.another.file denoise n.h5 -m m.h5 --report ./x.h5 -o x.h5
+2 ~--report.\./x.h5.is.another.file denoise n.h5 -m m.h5 --report ./x.h5 -o x.h5
 2 ~--report.n.h5.is.another.file denoise n.h5 -m m.h5 -f --report n.h5 -o x.h5
 2 ~cuda denoise n.h5 -m m.h5 --device cuda -o x.h5
 
