@@ -66,7 +66,7 @@
 3 ~no.clip.has.an.attribute.'action' ./t unlabelled.h5 -o x.h5
 3 ~no.clip.has.an.attribute.'mood'.*there.are.action,.gender train-classifier -q c.h5 --attribute mood -o x.h5
 3 ~all.labelled.clips.have.action=walking ./t few.h5 -o x.h5
-3 ~is.in.half.[AB],.expected.two.sources ./t pair.h5 --half A -o x.h5
+3 ~is.in.half.[AB],.expected.more.sources ./t pair.h5 --half A -o x.h5
 3 ~60.Hz,.expected.30.Hz ./t c.h5 --val fast.h5 -o x.h5
 3 ~another.skeleton ./t c.h5 --val rig.h5 -o x.h5
 3 ~dancing ./t c.h5 --val dancing.h5 -o x.h5
