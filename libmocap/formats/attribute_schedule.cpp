@@ -3,36 +3,18 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/sha256.hpp"
 #include "libmocap/base/text_lines.hpp"
+#include "libmocap/formats/table_cells.hpp"
 
 namespace mocap::formats {
 namespace {
 
 constexpr double kSameTime = 1e-6;  // seconds
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == '\t')
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  return cells;
-}
-
-double seconds(const std::string& cell, const Where& where) {
-  double v = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), v);
-  if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(v) || v < 0) refuse(where, "'" + cell + "', expected seconds");
-  return v;
-}
 
 }  // namespace
 
@@ -46,7 +28,7 @@ AttributeSchedules AttributeSchedules::read(const std::string& path) {
   std::map<std::string, std::size_t> by_clip;
   for (const auto& [number, line] : lines) {
     if (line.starts_with('#')) continue;
-    const auto cells = split(line);
+    const auto cells = split_cells(line);
     if (header.empty()) {
       header = cells;
       out.header_line_ = number;
@@ -70,7 +52,7 @@ AttributeSchedules AttributeSchedules::read(const std::string& path) {
     AttributeSchedule& schedule = out.schedules_[at->second];
     ScheduleRow next;
     next.line = number;
-    next.start_s = seconds(row["start"], {file, number, "start"});
+    next.start_s = parse_seconds(row["start"], {file, number, "start"});
     if (fresh) {
       if (next.start_s > 0) refuse({file, number, {}}, fmt::format("a gap: the first row{} starts at {} s, expected 0", clip.empty() ? "" : " of " + clip, row["start"]));
     } else {
@@ -84,7 +66,7 @@ AttributeSchedules AttributeSchedules::read(const std::string& path) {
     }
     schedule.end_s.reset();
     if (row.contains("end") && !row["end"].empty()) {
-      schedule.end_s = seconds(row["end"], {file, number, "end"});
+      schedule.end_s = parse_seconds(row["end"], {file, number, "end"});
       if (*schedule.end_s <= next.start_s) refuse({file, number, {}}, "an end that is not after the start");
     }
     for (const auto& name : out.attributes_)

@@ -1,41 +1,23 @@
 #include "libmocap/formats/labels.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/sha256.hpp"
 #include "libmocap/base/text_lines.hpp"
+#include "libmocap/formats/table_cells.hpp"
 
 namespace mocap::formats {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == '\t')
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  return cells;
-}
-
 std::string stem_of(const std::string& name) {
   fs::path p = fs::path(name).filename();
   if (p.extension() == ".gz") p = p.stem();
   return p.stem().string();
-}
-
-double seconds(const std::string& cell, const Where& where) {
-  double v = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), v);
-  if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(v) || v < 0) refuse(where, "'" + cell + "', expected seconds");
-  return v;
 }
 
 }  // namespace
@@ -49,7 +31,7 @@ Labels Labels::read(const std::string& path) {
   std::vector<std::string> header;
   std::size_t file = 0, start = ~std::size_t{0}, end = start;
   for (const auto& [number, line] : lines) {
-    const auto cells = split(line);
+    const auto cells = split_cells(line);
     if (header.empty()) {
       header = cells;
       const auto column = [&](const char* name) {
@@ -70,7 +52,7 @@ Labels Labels::read(const std::string& path) {
     Row row;
     for (std::size_t c = 0; c < header.size(); ++c) {
       if (c == start || c == end) {
-        if (!cells[c].empty()) (c == start ? row.start_s : row.end_s) = seconds(cells[c], {path, number, header[c]});
+        if (!cells[c].empty()) (c == start ? row.start_s : row.end_s) = parse_seconds(cells[c], {path, number, header[c]});
       } else if (c != file && !cells[c].empty()) {
         row.attributes[header[c]] = cells[c];
       }
