@@ -142,8 +142,7 @@ class TrainVrnn final : public tools::TrainingTool {
     config.objective = c.objective;
     config.gradient_limit = c.gradient_limit;
     config.learning_rate = c.learning_rate;
-    config.windows.clear();
-    for (const auto& w : c.windows) config.windows.push_back({w.begin, w.frames});
+    config.windows = c.windows;
     config.own_output = {0, own_output_rate_.value_or(config.own_output.to), c.own_output.begin, c.own_output.end};
     if (!input_noise_.empty()) {
       if (input_noise_[0] > input_noise_[1] || input_noise_[1] > 1) refuse_usage(fmt::format("--input-noise {} {}, expected the start before the end and both in 0..1", input_noise_[0], input_noise_[1]));

@@ -19,12 +19,6 @@
 
 namespace mocap::baselines {
 
-struct WindowStage {
-  double begin = 0;           // progress from which it holds
-  std::int64_t frames = 120;
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WindowStage, begin, frames)
-
 // Deviation of the noise on u_t, of the standardised features: `levels` equal steps up to `ramp.to`.
 struct InputNoise {
   train::Ramp ramp{0, 0, 0.1, 0.6};
@@ -42,7 +36,7 @@ struct TrainingConfig {
   train::LearningRate learning_rate;
   train::Ramp own_output{0, 0.75, 0.1, 0.6};
   InputNoise input_noise;
-  std::vector<WindowStage> windows = {{0, 45}, {0.4, 90}, {0.7, 120}};
+  std::vector<train::WindowStage> windows = {{0, 45}, {0.4, 90}, {0.7, 120}};
   std::uint64_t seed = 1;
 
   // What the two differ in, the rest of the Motion Cell's preset `small`: quaternet own output up to 3/4 of the frames, no

@@ -36,15 +36,14 @@ std::unique_ptr<Classifier> Classifier::load(const std::string& path, std::strin
   auto s = std::make_unique<State>();
   const std::string file = path == "-" ? "<stdin>" : path;
   s->file = file;
-  if (model.kind != "classifier") refuse({file, 0, {}}, "a model of kind '" + model.kind + "', expected a classifier", "train-classifier makes one");
-  const auto config = nlohmann::json::parse(model.config, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 32; }, false);
+  const train::Described config = train::described(model, "classifier", file);
   NetworkConfig network;
   try {
-    network = network_config_from_json(config.is_object() && config.contains("network") ? config["network"] : nlohmann::json());
+    network = network_config_from_json(config.network);
   } catch (const Error& e) {
     throw e.in_file(file);
   }
-  s->rate = config.contains("frame_rate_hz") && config["frame_rate_hz"].is_number() ? config["frame_rate_hz"].get<double>() : 0;
+  s->rate = config.frame_rate_hz;
   if (!(std::isfinite(s->rate) && s->rate > 0)) refuse({file, 0, "config"}, "no frame_rate_hz above 0, expected that of the training data");
   s->skeleton = model.skeleton;
   if (!s->skeleton || s->skeleton->joint_count() - 1 != network.joints) refuse({file, 0, "skeleton"}, "another number of joints than the network's");

@@ -30,12 +30,6 @@
 
 namespace mocap::motion_cell {
 
-struct WindowStage {
-  double begin = 0;          // progress from which it holds
-  std::int64_t frames = 120;  // a multiple of the word length
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WindowStage, begin, frames)
-
 // Single words without recurrence first: window of one word, initial state drawn as always, many words a batch.
 struct WordPretraining {
   std::int64_t steps = 0;
@@ -63,7 +57,7 @@ struct TrainingConfig {
   train::Ramp own_output{0, 1, 0.1, 0.6};    // share of words
   train::Ramp noise{0, 0.05, 0.1, 0.6};      // deviation, of standardised features
   train::Ramp joint_dropout{0, 0.1, 0.1, 0.6};  // probability
-  std::vector<WindowStage> windows = {{0, 198}};
+  std::vector<train::WindowStage> windows = {{0, 198}};
   WordPretraining pretraining;
   std::uint64_t seed = 1;
 

@@ -1,5 +1,6 @@
 // Coefficients that change over a training, as functions of progress p in [0, 1] (step / steps). Stored in /config.
 #pragma once
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 namespace mocap::train {
@@ -18,5 +19,12 @@ struct LearningRate {
   double at(std::int64_t step, std::int64_t steps) const;
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LearningRate, rate, decay_begin, final_factor, warm_up)
+
+// Length of the training windows from a progress on; a list of them, ascending from 0, is a curriculum.
+struct WindowStage {
+  double begin = 0;
+  std::int64_t frames = 120;
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WindowStage, begin, frames)
 
 }  // namespace mocap::train

@@ -57,4 +57,13 @@ void check_numbers(const store::ModelFile& model, std::int64_t columns, std::int
   if (stored != parameters) refuse({file, 0, "weights"}, fmt::format("{} values, expected the {} of the network in config", stored, parameters));
 }
 
+Described described(const store::ModelFile& model, const std::string& kind, const std::string& file) {
+  if (model.kind != kind) refuse({file, 0, {}}, "a model of kind '" + model.kind + "', expected a " + kind, "train-" + kind + " makes one");
+  const auto config = nlohmann::json::parse(model.config, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 32; }, false);
+  Described out;
+  if (config.is_object() && config.contains("network")) out.network = config["network"];
+  if (config.is_object() && config.contains("frame_rate_hz") && config["frame_rate_hz"].is_number()) out.frame_rate_hz = config["frame_rate_hz"].get<double>();
+  return out;
+}
+
 }  // namespace mocap::train
