@@ -59,6 +59,9 @@ class FidEval final : public cli::Tool {
     app.add_option("--train", train_, "what the generator was trained on")->check(cli::path());
     app.add_option("--classifier", classifiers_, "classifier of one attribute, trained on other clips (repeatable; none: only the figures that need none)")->check(cli::path());
     app.add_flag("--features", features_, "inputs are npz files: features [N,d] and, as far as there, posteriors [N,C], labels [N], classes [C]; or tables with columns f0, f1, ...");
+    app.add_flag("--match-classes", match_, "leave out generated clips at random until their classes are as frequent as the real ones': to FID a difference of mix is one of motion");
+    app.add_flag("--mean-pose", mean_pose_, "with --train: the row fid.mean_pose, the distance of the training clips frozen in the mean pose of their class: what a generator reaches that knows no motion");
+    app.add_option("--by", options_.by, "an attribute: rows of its own for each of its values (energy.walking): figures of clips, variance within a class");
     app.add_option("--frames", frames_, "cut clips to at most so many frames (0: no limit)")->check(cli::whole(0, 1000000, "FRAMES"))->capture_default_str();
     app.add_option("--repeats", options_.repeats, "deal the generated clips into so many parts, each a repeat")->check(cli::whole(1, 1000, "N"))->capture_default_str();
     app.add_option("--resamples", options_.resamples, "resamples of the bootstrap (0: none)")->check(cli::whole(0, 100000, "N"))->capture_default_str();
@@ -81,6 +84,8 @@ class FidEval final : public cli::Tool {
     if (features_ && !classifiers_.empty()) refuse_usage("--features and --classifier, expected one of them");
     if (pca_ > 0 && train_.empty()) refuse_usage("--pca without --train, expected the training clips that the axes are fitted on");
     const cli::InputFile& input = context.inputs().at(0);
+    if (mean_pose_ && train_.empty()) refuse_usage("--mean-pose without --train, expected the training clips whose mean poses are meant");
+    if (mean_pose_ && features_) refuse_usage("--mean-pose with --features, expected clips");
     if ((input.path == "-") + (real_ == "-") + (train_ == "-") > 1) refuse_usage("standard input given twice, expected '-' once");
     Sets sets = features_ ? read_features(input.path) : judged_clips(input);
     if (pca_ > 0) {
@@ -102,8 +107,19 @@ class FidEval final : public cli::Tool {
     sets.generated = evaluation::read_features(generated);
     sets.real = evaluation::read_features_or_statistics(real_);
     if (!train_.empty()) sets.train = evaluation::read_features(train_);
+    match(sets);
     for (Set* set : sets.all()) evaluation::join_views(*set);
     return sets;
+  }
+
+  void match(Sets& sets) const {
+    if (match_) {
+      if (sets.real.given) refuse_usage("--match-classes with statistics as --real, expected features with labels");
+      const std::size_t out = evaluation::match_classes(sets.generated, sets.real, options_.seed);
+      log::info("{} generated clips left out to match the real ones' classes", out);
+    } else if (const std::string most = evaluation::difference_of_mix(sets); !most.empty()) {
+      log::warn("classes are not as frequent as among the real clips, which FID, KID and IS take for a difference of motion; {} (--match-classes)", most);
+    }
   }
 
   Sets judged_clips(const cli::InputFile& input) const {
@@ -124,7 +140,12 @@ class FidEval final : public cli::Tool {
     }
     for (Set* set : sets.all())
       for (const auto& judge : judges) evaluation::add_labels(*set, judge->attribute(), judge->classes());
+    match(sets);
     evaluation::cut_to_same_lengths(sets, static_cast<std::size_t>(frames_));
+    if (mean_pose_ && !judges.empty()) {
+      sets.mean_pose = evaluation::mean_poses(*sets.train);
+      if (match_) evaluation::match_classes(*sets.mean_pose, sets.real, options_.seed);
+    }
     for (Set* set : sets.all()) {
       for (std::size_t v = 0; v < judges.size(); ++v) {
         classifier::Judged judged;
@@ -160,7 +181,7 @@ class FidEval final : public cli::Tool {
 
   std::string real_, train_, compat_ = "none", cache_, format_ = "text";
   std::vector<std::string> classifiers_;
-  bool features_ = false;
+  bool features_ = false, match_ = false, mean_pose_ = false;
   int frames_ = 0, pca_ = 0;
   evaluation::Options options_;
 };

@@ -13,13 +13,15 @@
 #   SPLIT            motion-split's options (--by subject --ratios 150,25,25)
 #   SELECT           motion-select's options for what the models see; classifiers see all (none)
 #   PRESET STEPS     small; 8000: equal for every model
+#   STEPS_erd ...    steps of one model, where models should have equal time instead
 #   SAMPLES          of each model in all (8000: the paper's 1,000 for each of 8 combinations)
 #   SEEDS JUDGES     seeds of the models (1) and of the classifiers that judge them (11 12)
 #   MODELS           motion-cell single-layer uniform-joints no-classifier quaternet erd
 #   OPTIONS OPTIONS_erd ...   more options of train-vrnn for all, or for one model
 #   JUDGING          more options of fid-eval; FID on 32 axes where test clips are few: --pca 32
 # Classifiers of the loss are trained on half A of the training sources, judges on half B with other seeds: no judge has taken part in a training.
-# Real clips lose their first 20 frames where generated ones do.
+# Real clips lose their first 20 frames where generated ones do. Each combination is generated equally often; for the figures, samples are left out at random until combinations are
+# as frequent as among the real clips (fid-eval --match-classes).
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
@@ -65,7 +67,7 @@ $(error usage: make table2 DATA=folder LABELS=labels.tsv OUT=table2 (scripts/tab
 endif
 
 # MODELS, SEEDS and JUDGES may grow; what decides a file may not change under it.
-settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)))
+settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)) STEPS_$(m)=$(STEPS_$(m)))
 ifneq ($(wildcard $(OUT)/settings),)
   ifneq ($(strip $(settings)),$(strip $(file < $(OUT)/settings)))
     $(error $(OUT)/settings: this table was begun with other settings, expected the same or another OUT)
@@ -121,7 +123,7 @@ kind_erd := --arch erd
 
 define model
 $(OUT)/$(1)-$(2).h5: $(OUT)/train.h5 $(OUT)/val.h5 $(if $(findstring classifier,$(kind_$(1))),$(losses))
-	train-vrnn $$< --val $(OUT)/val.h5 $(foreach a,$(ATTRIBUTES),--attribute $(a)) --preset $(PRESET) --steps $(STEPS) $(kind_$(1)) $(OPTIONS) $(OPTIONS_$(1)) --seed $(2) --resume -o $$@
+	train-vrnn $$< --val $(OUT)/val.h5 $(foreach a,$(ATTRIBUTES),--attribute $(a)) --preset $(PRESET) --steps $(or $(STEPS_$(1)),$(STEPS)) $(kind_$(1)) $(OPTIONS) $(OPTIONS_$(1)) --seed $(2) --resume -o $$@
 endef
 $(foreach m,$(MODELS),$(foreach s,$(SEEDS),$(eval $(call model,$(m),$(s)))))
 
@@ -138,7 +140,7 @@ $(OUT)/samples-%.h5: $(OUT)/%.h5
 
 define evaluation
 $(OUT)/figures-%-$(1).json: $(OUT)/samples-%.h5 $(OUT)/real.h5 $(OUT)/known.h5 $(foreach a,$(ATTRIBUTES),$(OUT)/judge-$(a)-$(1).h5)
-	fid-eval -q $$< --real $(OUT)/real.h5 --train $(OUT)/known.h5 $(foreach a,$(ATTRIBUTES),--classifier $(OUT)/judge-$(a)-$(1).h5) $(JUDGING) --json > $$@
+	fid-eval -q $$< --real $(OUT)/real.h5 --train $(OUT)/known.h5 $(foreach a,$(ATTRIBUTES),--classifier $(OUT)/judge-$(a)-$(1).h5) --match-classes --mean-pose --by $(action) $(JUDGING) --json > $$@
 endef
 $(foreach j,$(JUDGES),$(eval $(call evaluation,$(j))))
 

@@ -28,9 +28,11 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class Evaluation {
  public:
-  Evaluation(const Sets& sets, const Options& options) : generated_(sets.generated), real_(sets.real), train_(sets.train ? &*sets.train : nullptr), o_(options), groups_(group_by_labels(sets)) {}
+  Evaluation(const Sets& sets, const Options& options) : generated_(sets.generated), real_(sets.real), train_(sets.train ? &*sets.train : nullptr), mean_pose_(sets.mean_pose ? &*sets.mean_pose : nullptr), o_(options), groups_(group_by_labels(sets)) {}
 
   Report run() {
+    if (!o_.by.empty() && std::none_of(generated_.views.begin(), generated_.views.end(), [&](const View& v) { return v.attribute == o_.by; }))
+      refuse_usage(fmt::format("figures by {}, expected an attribute that a classifier judges", o_.by));
     deal();
     if (generated_.size() > 0) feature_figures();
     if (!generated_.clips.empty()) clip_rows();
@@ -152,9 +154,44 @@ class Evaluation {
     try {
       by_class("within_class_variance", variance, variance_of);
       by_class("multimodality", modes, modes_of);
+      for (const auto& [name, classes] : classes_by_value()) {
+        // The classes of one value alone, renumbered; the other clips count as unlabelled.
+        const auto within = [&](const std::vector<int>& labels) {
+          std::vector<int> out;
+          for (const int l : labels) out.push_back(l < 0 ? -1 : classes.at[static_cast<std::size_t>(l)]);
+          return out;
+        };
+        by_class(
+            "within_class_variance." + name, [&](const Eigen::MatrixXd& f, const std::vector<int>& labels) { return metrics::within_class_variance(f, within(labels), classes.names); },
+            [&](const Eigen::MatrixXd& f, const std::vector<int>& labels, double v) { return metrics::within_class_variance_interval(v, f, within(labels), classes.names); });
+      }
     } catch (const Error& e) {
       throw e.in_file(generated_.path);
     }
+  }
+
+  // Values of the attribute Options::by, each with those classes (combinations of labels) that have it.
+  struct Classes {
+    std::vector<std::string> names;
+    std::vector<int> at;  // of every class: its place in names, -1: it has another value
+  };
+  std::map<std::string, Classes> classes_by_value() const {
+    std::map<std::string, Classes> out;
+    if (o_.by.empty()) return out;
+    for (const Set* set : {&generated_, &real_}) {
+      const View& view = view_of(*set, o_.by);
+      const std::vector<int>& groups = set == &generated_ ? groups_.generated : groups_.real;
+      for (std::size_t i = 0; i < groups.size(); ++i) {
+        if (groups[i] < 0) continue;
+        Classes& c = out[view.classes[static_cast<std::size_t>(view.labels[i])]];
+        c.at.resize(groups_.classes.size(), -1);
+        int& place = c.at[static_cast<std::size_t>(groups[i])];
+        if (place >= 0) continue;
+        place = static_cast<int>(c.names.size());
+        c.names.push_back(groups_.classes[static_cast<std::size_t>(groups[i])]);
+      }
+    }
+    return out;
   }
 
   static const View& view_of(const Set& set, const std::string& attribute) {
@@ -180,6 +217,7 @@ class Evaluation {
         log::warn("{}: {} clips with {} features: no floor of training clips, which takes more clips than features", train_->path, train_->features.rows(), d);
       add_value("fid.floor_train", value, train_->size());
     }
+    if (mean_pose_) add_value("fid.mean_pose", frechet(mean_pose_->features, y), mean_pose_->size());
   }
 
   void scores() {
@@ -245,7 +283,7 @@ class Evaluation {
         if (std::isfinite(v)) sum += v, ++n;
       return n > 0 ? sum / n : kNaN;
     };
-    const auto both = [&](const std::string& name, const std::vector<double>& mine, const std::vector<double>& theirs) {
+    const auto compare = [&](const std::string& name, const std::vector<double>& mine, const std::vector<double>& theirs) {
       const auto spread = [&](std::vector<double> values) {
         std::erase_if(values, [](double v) { return !std::isfinite(v); });
         if (values.empty()) return Interval{kNaN, kNaN, kNaN, 0};
@@ -253,6 +291,23 @@ class Evaluation {
       };
       figure(name, [&](const Rows& rows) { return mean(take(mine, rows)); }, [&](double) { return spread(mine); });
       add(name + ".real", spread(theirs));
+    };
+    // A clip of another value is one without the figure.
+    std::vector<std::string> values;
+    if (!o_.by.empty()) values = view_of(generated_, o_.by).classes;
+    const auto only = [&](const Set& set, std::size_t value, std::vector<double> figures) {
+      const std::vector<int>& labels = view_of(set, o_.by).labels;
+      for (std::size_t i = 0; i < figures.size(); ++i)
+        if (labels[i] != static_cast<int>(value)) figures[i] = kNaN;
+      return figures;
+    };
+    const auto any = [](const std::vector<double>& figures) { return std::any_of(figures.begin(), figures.end(), [](double v) { return std::isfinite(v); }); };
+    const auto both = [&](const std::string& name, const std::vector<double>& mine, const std::vector<double>& theirs) {
+      compare(name, mine, theirs);
+      for (std::size_t v = 0; v < values.size(); ++v) {
+        const auto a = only(generated_, v, mine), b = only(real_, v, theirs);
+        if (any(a) || any(b)) compare(name + "." + values[v], a, b);
+      }
     };
     const auto column = [](const Figures& of_clips, double metrics::ClipFigures::* of) {
       std::vector<double> out;
@@ -283,10 +338,14 @@ class Evaluation {
         if (set == &generated_ && frozen.back() > 0) report_.frozen.push_back(set->clips[i].name);
         if (set == &generated_ && exploding.back() > 0) report_.exploding.push_back(set->clips[i].name);
       }
-      for (const auto& [name, values] : {std::pair{"frozen_share", &frozen}, {"exploding_share", &exploding}}) {
-        const long n = static_cast<long>(values->size());
-        if (set == &generated_) figure(name, [&, v = values](const Rows& rows) { return mean(take(*v, rows)); }, [&](double share) { return metrics::share_interval(share, n); });
-        else add(std::string(name) + ".real", metrics::share_interval(mean(*values), n));
+      for (const auto& [name, shares] : {std::pair{"frozen_share", &frozen}, {"exploding_share", &exploding}}) {
+        const auto of_clips = [&, end = set == &generated_ ? "" : ".real"](const std::string& name, const std::vector<double>& v) {
+          const auto n = std::count_if(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
+          if (n > 0 && *end == 0) figure(name, [&](const Rows& rows) { return mean(take(v, rows)); }, [&](double share) { return metrics::share_interval(share, n); });
+          else if (n > 0) add(name + end, metrics::share_interval(mean(v), n));
+        };
+        of_clips(name, *shares);
+        for (std::size_t v = 0; v < values.size(); ++v) of_clips(std::string(name) + "." + values[v], only(*set, v, *shares));
       }
     }
     if (!train_) return;
@@ -303,6 +362,7 @@ class Evaluation {
   const Set& generated_;
   const Set& real_;
   const Set* train_;
+  const Set* mean_pose_;
   Options o_;
   Groups groups_;
   std::vector<Rows> parts_;

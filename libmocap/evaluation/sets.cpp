@@ -7,9 +7,12 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/output_file.hpp"
@@ -132,11 +135,13 @@ Set read(const std::string& path, bool statistics) {
 std::vector<Set*> Sets::all() {
   std::vector<Set*> out = {&generated, &real};
   if (train) out.push_back(&*train);
+  if (mean_pose) out.push_back(&*mean_pose);
   return out;
 }
 std::vector<const Set*> Sets::all() const {
   std::vector<const Set*> out = {&generated, &real};
   if (train) out.push_back(&*train);
+  if (mean_pose) out.push_back(&*mean_pose);
   return out;
 }
 
@@ -223,22 +228,83 @@ void add_labels(Set& set, const std::string& attribute, const std::vector<std::s
   set.views.push_back(std::move(view));
 }
 
+namespace {
+
+std::map<std::string, Rows> rows_by_label(const Set& set) {
+  std::map<std::string, Rows> out;
+  const std::size_t n = !set.clips.empty() || set.views.empty() ? set.clips.size() : static_cast<std::size_t>(set.views[0].features.rows());
+  for (std::size_t i = 0; i < n; ++i) out[label_of(set, i)].push_back(i);
+  return out;
+}
+
+double share(const Rows& rows, std::size_t of) { return static_cast<double>(rows.size()) / static_cast<double>(of); }
+
+std::size_t count(const std::map<std::string, Rows>& classes) {
+  std::size_t n = 0;
+  for (const auto& [label, rows] : classes) n += rows.size();
+  return n;
+}
+
+}  // namespace
+
+std::size_t match_classes(Set& set, const Set& like, std::uint64_t seed) {
+  const auto mine = rows_by_label(set), theirs = rows_by_label(like);
+  for (const auto& [one, classes, other, others] : {std::tuple{&std::as_const(set), &mine, &like, &theirs}, {&like, &theirs, &std::as_const(set), &mine}}) {
+    if (classes->empty() || classes->contains("")) refuse({one->path, 0, {}}, "clips without a label, expected one for each clip to match the classes by");
+    for (const auto& [label, rows] : *classes)
+      if (!others->contains(label)) refuse({other->path, 0, {}}, "no clips of " + label + ", expected those classes that " + one->path + " has", "motion-select takes the classes that both have");
+  }
+  double scale = std::numeric_limits<double>::infinity();  // clips kept for each of the other set's
+  for (const auto& [label, rows] : theirs) scale = std::min(scale, share(mine.at(label), rows.size()));
+  Rows kept;
+  std::uint64_t stream = 0;
+  for (const auto& [label, rows] : mine) {
+    const auto n = static_cast<std::size_t>(std::lround(scale * static_cast<double>(theirs.at(label).size())));
+    const Rows order = shuffled(rows.size(), seed, 0xc1a5500 + stream++);
+    for (std::size_t k = 0; k < std::min(n, rows.size()); ++k) kept.push_back(rows[order[k]]);
+  }
+  std::sort(kept.begin(), kept.end());
+  const std::size_t before = count(mine);
+  if (!set.clips.empty()) {
+    std::vector<Clip> clips;
+    for (const std::size_t i : kept) clips.push_back(std::move(set.clips[i]));
+    set.clips = std::move(clips);
+  }
+  for (View& v : set.views) {
+    if (v.features.size() > 0) v.features = take(v.features, kept);
+    if (v.posteriors.size() > 0) v.posteriors = take(v.posteriors, kept);
+    v.labels = take(v.labels, kept);
+  }
+  return before - kept.size();
+}
+
+std::string difference_of_mix(const Sets& sets) {
+  auto mine = rows_by_label(sets.generated), theirs = rows_by_label(sets.real);
+  if (mine.empty() || theirs.empty() || mine.contains("") || theirs.contains("")) return {};
+  const std::size_t n = count(mine), m = count(theirs);
+  std::string out;
+  double most = 0.05;
+  for (const auto* classes : {&mine, &theirs})
+    for (const auto& [label, rows] : std::map<std::string, Rows>(*classes)) {
+      const double a = share(mine[label], n), b = share(theirs[label], m);
+      if (std::abs(a - b) <= most) continue;
+      most = std::abs(a - b);
+      out = fmt::format("{}: {:.0f} % of the generated clips, {:.0f} % of the real ones", label, 100 * a, 100 * b);
+    }
+  return out;
+}
+
 void cut_to_same_lengths(Sets& sets, std::size_t limit) {
   const auto lengths = [](const Set& set, const Rows& rows) {
     std::vector<std::size_t> out;
     for (const std::size_t i : rows) out.push_back(set.clips[i].frames());
     return out;
   };
-  const auto by_class = [](const Set& set) {
-    std::map<std::string, Rows> out;
-    for (std::size_t i = 0; i < set.clips.size(); ++i) out[label_of(set, i)].push_back(i);
-    return out;
-  };
   const auto shorten = [](Set& set, const Rows& rows, const std::vector<std::size_t>& to) {
     for (std::size_t k = 0; k < rows.size(); ++k)
       if (to[k] < set.clips[rows[k]].frames()) set.clips[rows[k]] = cut(set.clips[rows[k]], 0, to[k]);
   };
-  const auto g = by_class(sets.generated), r = by_class(sets.real), t = sets.train ? by_class(*sets.train) : std::map<std::string, Rows>{};
+  const auto g = rows_by_label(sets.generated), r = rows_by_label(sets.real), t = sets.train ? rows_by_label(*sets.train) : std::map<std::string, Rows>{};
   for (const auto& [label, rows] : r) {
     const Rows other = g.contains(label) ? g.at(label) : Rows{};
     const auto [mine, theirs] = metrics::common_lengths(lengths(sets.generated, other), lengths(sets.real, rows), limit);
@@ -246,6 +312,40 @@ void cut_to_same_lengths(Sets& sets, std::size_t limit) {
     shorten(sets.real, rows, theirs);
     if (t.contains(label)) shorten(*sets.train, t.at(label), metrics::common_lengths(lengths(*sets.train, t.at(label)), lengths(sets.real, rows), limit).first);
   }
+}
+
+Set mean_poses(const Set& train) {
+  Set out;
+  out.path = train.path + " frozen in mean poses";
+  out.clips = train.clips;
+  for (const View& v : train.views) out.views.push_back({v.attribute, v.classes, {}, {}, v.labels});
+  for (const auto& [label, rows] : rows_by_label(train)) {
+    const auto joints = static_cast<std::size_t>(out.clips[rows[0]].joints());
+    std::vector<Eigen::Vector4d> sums(joints, Eigen::Vector4d::Zero());
+    double height = 0, frames = 0;
+    for (const std::size_t i : rows) {
+      const Clip& clip = train.clips[i];
+      for (std::size_t t = 0; t < clip.frames(); ++t) {
+        for (std::size_t j = 0; j < joints; ++j) {
+          Quaternion q = clip.frame(t)[j];
+          if (j == 0) q = yaw_rotation(yaw_of(q)).conjugate() * q;
+          sums[j] += q.coeffs().dot(sums[j]) < 0 ? -q.coeffs() : q.coeffs();  // of q and -q, one rotation, the one on the sum's side
+        }
+        height += clip.root_position[t].z();
+      }
+      frames += static_cast<double>(clip.frames());
+    }
+    for (const std::size_t i : rows) {
+      Clip& clip = out.clips[i];
+      for (std::size_t t = 0; t < clip.frames(); ++t) {
+        for (std::size_t j = 0; j < joints; ++j) clip.frame(t)[j] = Quaternion(sums[j].normalized());
+        clip.root_position[t] = {0, 0, height / frames};
+      }
+      clip.translations.clear();
+      clip.contacts.clear();
+    }
+  }
+  return out;
 }
 
 void join_views(Set& set) {

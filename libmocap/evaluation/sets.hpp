@@ -1,8 +1,9 @@
 // What an evaluation compares: sets of clips or of features, cut to the same lengths and grouped by their labels.
 //
 // The order for clips, once for each generator (real and training clips are cut by the generated ones' lengths, so every generator starts from its own copy of them):
-//   check_alike, add_labels (each attribute), cut_to_same_lengths, features and posteriors of each view filled in, join_views, perhaps reduce, evaluate (evaluation.hpp).
-// For features read from files: join_views, perhaps reduce, evaluate.
+//   check_alike, add_labels (each attribute), perhaps match_classes, cut_to_same_lengths, features and posteriors of each view filled in, join_views, perhaps reduce,
+//   evaluate (evaluation.hpp).
+// For features read from files: perhaps match_classes, join_views, perhaps reduce, evaluate.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -41,6 +42,7 @@ struct Set {
 struct Sets {
   Set generated, real;
   std::optional<Set> train;
+  std::optional<Set> mean_pose = {};  // what mean_poses makes of the training clips
   std::vector<Set*> all();
   std::vector<const Set*> all() const;
 };
@@ -60,9 +62,18 @@ void keep_statistics(const Set& set, const std::string& path);
 void check_alike(const Sets& sets);
 // A view more, with the labels that the clips have for the attribute. Error(data) for fewer than two classes and a label that is none of them.
 void add_labels(Set& set, const std::string& attribute, const std::vector<std::string>& classes);
+// Thins a set out, at random within a class (all views' labels together), until classes are as frequent as in the other (within one clip a class), and returns how many
+// clips were left out. The Frechet distance takes a difference of mix for one of motion: a generator that makes all classes equally often, held against real clips that
+// do not, pays for it. Error(data) where a clip of either set lacks a label or either set a class of the other.
+std::size_t match_classes(Set& set, const Set& like, std::uint64_t seed);
+// The class whose share differs most between generated and real clips, in words, where that is more than five in a hundred; "" otherwise, and where labels lack.
+std::string difference_of_mix(const Sets& sets);
 // Class by class (all views' labels together), so that a class of short clips is not compared with its long ones; training clips take the real clips' lengths.
 // No clip keeps more than `limit` frames (0: no limit).
 void cut_to_same_lengths(Sets& sets, std::size_t limit = 0);
+// The clips, each frozen in the mean pose of its class (rotations averaged over the class's frames, the root's without its turn about the vertical; root height), labels kept. A generator
+// that learned nothing but what each class looks like makes these: where the scale of a Frechet distance ends, as a floor is where it begins.
+Set mean_poses(const Set& train);
 // Puts the views' features side by side. Error(data) for a value that is not finite, naming its row and column.
 void join_views(Set& set);
 // Principal axes fitted on the training clips' features in place of the features of all sets. Returns the share of variance kept. Error(data) where the real

@@ -145,6 +145,18 @@
 3 ~r\.h5 fid-eval g.h5 --real r.h5 --classifier r.h5
 4 ~write.failed fid-eval x.npz --features --real y.npz > /dev/full
 
+# the mix of classes, figures of one value, where the scale ends
+0 . { motion-select -q g.h5 --attr action=walking -o w.h5; motion-select -q g.h5 --attr action=jogging --attr action=jumping --attr action=lifting --attr gender=female -o o.h5; motion-merge -q w.h5 o.h5 -f -o mixed.h5; } > /dev/null
+0 ~classes.are.not.as.frequent.*--match-classes fid-eval mixed.h5 --real r.h5 --classifier a.h5 --pca 4 --train t.h5
+0 true fid-eval mixed.h5 --real r.h5 --classifier a.h5 --pca 4 --train t.h5 --match-classes --mean-pose --by action --json | ./q 'n("fid") == 20 and v("fid.mean_pose") > v("fid.floor_train") and n("energy.walking") == 5 and 0.5 < v("energy.walking") / v("energy.walking.real") < 2 and v("energy.jogging") > v("energy.walking") and v("within_class_variance.lifting.real") > 0 and "frozen_share.jumping.value" in r'
+0 true fid-eval x.npz --features --real y.npz --match-classes --json | ./q '100 < n("fid") < 200'
+3 ~plain\.h5:.clips.without.a.label fid-eval plain.h5 --real r.h5 --classifier a.h5 --pca 4 --train t.h5 --match-classes
+3 ~walks\.h5:.no.clips.of fid-eval walks.h5 --real r.h5 --classifier a.h5 --pca 4 --train t.h5 --match-classes
+2 ~--match-classes.with.statistics fid-eval x.npz --features --real stats.npz --match-classes
+2 ~--mean-pose.without.--train fid-eval g.h5 --real r.h5 --classifier a.h5 --mean-pose
+2 ~--mean-pose.with.--features fid-eval x.npz --features --real y.npz --train t.npz --mean-pose
+2 ~figures.by.gender fid-eval g.h5 --real r.h5 --classifier a.h5 --pca 4 --train t.h5 --by gender
+
 # usage
 2 ~--real.is.required fid-eval g.h5
 2 ~no.input fid-eval --real r.h5

@@ -99,6 +99,70 @@ TEST(Evaluation, ReducesByTheTrainingClipsAndNamesWhatItRefuses) {
   EXPECT_EQ(unlabelled.real, std::vector<int>(4, -1));
 }
 
+TEST(Evaluation, MatchesTheMixOfClasses) {
+  // Both draw each class from one distribution; the generated ones have as many of a as of b, the real ones a fifth of b.
+  Set generated = features("g", 400, 0, 2), real = features("r", 400, 0, 1);
+  Rows kept;
+  for (std::size_t i = 0; i < 400; ++i)
+    if (i % 2 == 0 || i % 8 == 1) kept.push_back(i);
+  View& view = real.views[0];
+  view.features = take(view.features, kept);
+  view.posteriors = take(view.posteriors, kept);
+  view.labels = take(view.labels, kept);
+  join_views(real);
+  Sets sets;
+  sets.generated = generated;
+  sets.real = real;
+  EXPECT_EQ(difference_of_mix(sets), "a: 50 % of the generated clips, 80 % of the real ones");
+  Options options;
+  options.resamples = 0;
+  const double before = value(evaluate(sets, options), "fid");
+  EXPECT_EQ(match_classes(sets.generated, sets.real, 1), 150u);  // 200 of a stay, and 50 of b
+  join_views(sets.generated);
+  EXPECT_EQ(sets.generated.size(), 250u);
+  EXPECT_EQ(std::count(sets.generated.views[0].labels.begin(), sets.generated.views[0].labels.end(), 1), 50);
+  for (Eigen::Index i = 0; i < 250; ++i) EXPECT_EQ(sets.generated.views[0].posteriors(i, 0), sets.generated.views[0].labels[static_cast<std::size_t>(i)] == 0 ? 0.9 : 0.2);
+  EXPECT_EQ(difference_of_mix(sets), "");
+  EXPECT_LT(value(evaluate(sets, options), "fid"), 0.5 * before);
+  sets.generated.views[0].labels.assign(250, 0);
+  EXPECT_THROW(match_classes(sets.generated, sets.real, 1), Error);  // no b
+  sets.generated.views[0].labels[7] = -1;
+  EXPECT_THROW(match_classes(sets.generated, sets.real, 1), Error);
+}
+
+TEST(Evaluation, FiguresByValueAreThoseOfItsClipsAlone) {
+  Sets sets;
+  sets.generated = features("g", 120, 0, 2);
+  sets.real = features("r", 120, 0, 1);
+  for (Set* set : sets.all()) {  // a second attribute that crosses the first
+    View second = set->views[0];
+    second.attribute = "style";
+    second.classes = {"x", "y"};
+    for (std::size_t i = 0; i < second.labels.size(); ++i) second.labels[i] = i % 4 < 2 ? 0 : 1;
+    set->views.push_back(second);
+    join_views(*set);
+  }
+  Options options;
+  options.resamples = 0;
+  options.by = "style";
+  const Report all = evaluate(sets, options);
+  Sets half = sets;
+  for (Set* set : half.all()) {
+    Rows rows;
+    for (std::size_t i = 0; i < set->size(); ++i)
+      if (set->views[1].labels[i] == 1) rows.push_back(i);
+    for (View& v : set->views) v = {v.attribute, v.classes, take(v.features, rows), take(v.posteriors, rows), take(v.labels, rows)};
+    join_views(*set);
+  }
+  options.by.clear();
+  const Report alone = evaluate(half, options);
+  EXPECT_NEAR(value(all, "within_class_variance.y"), value(alone, "within_class_variance"), 1e-9);
+  EXPECT_NEAR(value(all, "within_class_variance.y.real"), value(alone, "within_class_variance.real"), 1e-9);
+  EXPECT_EQ(all.find("within_class_variance.a"), nullptr);
+  options.by = "gender";
+  EXPECT_THROW(evaluate(sets, options), Error);
+}
+
 TEST(Report, HasItsForms) {
   Report report;
   report.rows = {{"fid.floor_halves", {1.5, std::nan(""), std::nan(""), 3}}, {"kid", {0.25, 0.125, 0.5, 4}}};
