@@ -65,16 +65,18 @@ class TrainVrnn final : public tools::TrainingTool {
     app.add_option("--learning-rate", rate_, "of Adam (preset)")->check(cli::positive("RATE"));
     app.add_option("--reconstruction-scale", scale_, "weight of the reconstruction against a KL weight of 1 (preset)")->check(cli::positive("WEIGHT"));
     app.add_option("--velocity-weight", velocity_, "weight of the frame-to-frame change of rotations; 0 as in the paper (preset)")->check(cli::non_negative("WEIGHT"));
+    app.add_option("--root-weight", root_, "weight of the root's velocities, height and turning, in standard deviations, against rotations in radians times metres of reach (preset)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--constraint-weight", constraint_, "weight of what keeps rotations valid: unit quaternions, orthonormal matrices (0.1)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--classifier-weight", classifier_weight_, "weight of the classifiers' loss against the reconstruction, in the end (0.03)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--cl-ramp", cl_ramp_, "progress at which the classifiers' weight starts to rise from 0 and reaches its end (0.1 0.4)")->expected(2)->check(cli::between(0, 1, "PROGRESS"));
-    app.add_option("--kl-ramp", kl_ramp_, "progress at which the KL weight starts to rise from 0 and reaches 1 (0.05 0.4)")->expected(2)->check(cli::between(0, 1, "PROGRESS"));
+    app.add_option("--kl-ramp", kl_ramp_, "progress at which the KL weight starts to rise from 0.1 and reaches 1 (0 0.4)")->expected(2)->check(cli::between(0, 1, "PROGRESS"));
     app.add_option("--exposure-ramp,--own-output", exposure_ramp_, "progress at which the remedy for exposure bias starts to grow from nothing and reaches its end (0.1 0.6)")
         ->expected(2)
         ->check(cli::between(0, 1, "PROGRESS"));
     app.add_option("--own-output-rate", own_output_rate_, "share of input words replaced by the model's own in the end, with --exposure own-output (1; quaternet 0.75, erd 0.5)")->check(cli::between(0, 1, "SHARE"));
     app.add_option("--noise-deviation", noise_, "of the noise on standardised features in the end, with --exposure noise (0.05)")->check(cli::non_negative("DEVIATION"));
     app.add_option("--dropout-rate", dropout_, "share of input joints left out in the end, with --exposure joint-dropout (0.1)")->check(cli::between(0, 1, "SHARE"));
+    app.add_option("--overlap", overlap_, "frames of the next word that each word's decoder writes too, faded into it; 0 as in the paper (preset)")->check(cli::whole(0, 3, "FRAMES"));
     app.add_option("--pretrain-steps", pretrain_, "of --steps, steps on single words without recurrence at the start (preset)")->check(cli::whole(0, 1000000000, "STEPS"));
     add_loop_options(app);
   }
@@ -107,9 +109,12 @@ class TrainVrnn final : public tools::TrainingTool {
   Exit train_motion_cell(cli::Context& context, const train::MotionDataset& data, const train::MotionDataset* validation, std::vector<HistoryInput> inputs) {
     motion_cell::MotionCellConfig network = motion_cell::MotionCellConfig::preset(preset_);
     if (ablated("single-layer")) {
+      if (overlap_.value_or(0) > 0) refuse_usage("--overlap with --ablate single-layer, which has no words");
       network.single_layer = true;
+      network.overlap = 0;
       network.word_length = 1;
     }
+    if (overlap_) network.overlap = *overlap_;
     if (!input_noise_.empty()) refuse_usage("--input-noise with --arch motion-cell, expected quaternet or erd");
     motion_cell::TrainingConfig config = configuration(data, network.word_length);
     config.seed = context.seed();
@@ -129,7 +134,7 @@ class TrainVrnn final : public tools::TrainingTool {
 
   // The deterministic baselines take over batches, windows, schedules and length of the Motion Cell's training.
   Exit train_baseline(cli::Context& context, const train::MotionDataset& data, const train::MotionDataset* validation, std::vector<HistoryInput> inputs) const {
-    if (scale_ || !kl_ramp_.empty() || pretrain_) refuse_usage(fmt::format("--reconstruction-scale, --kl-ramp or --pretrain-steps with --arch {}, which has no latent variable", arch_));
+    if (scale_ || !kl_ramp_.empty() || pretrain_ || overlap_) refuse_usage(fmt::format("--reconstruction-scale, --kl-ramp, --pretrain-steps or --overlap with --arch {}, which has no latent variable", arch_));
     if (!classifiers_.empty() || ablated("single-layer") || ablated("no-classifier")) refuse_usage(fmt::format("--classifier or --ablate single-layer or no-classifier with --arch {}, expected --arch motion-cell", arch_));
     if (exposure_ != "own-output") refuse_usage(fmt::format("--exposure {} with --arch {}, expected --own-output-rate and --input-noise", exposure_, arch_));
     const motion_cell::TrainingConfig c = configuration(data, motion_cell::MotionCellConfig::preset(preset_).word_length);
@@ -171,6 +176,7 @@ class TrainVrnn final : public tools::TrainingTool {
     if (rate_) c.learning_rate.rate = *rate_;
     if (scale_) c.reconstruction_scale = *scale_;
     if (velocity_) c.objective.velocity_weight = *velocity_;
+    if (root_) c.objective.root_weight = *root_;
     if (constraint_) c.objective.unit_norm_weight = c.objective.orthogonality_weight = c.objective.determinant_weight = *constraint_;
     c.objective.uniform_joints = ablated("uniform-joints");
     if (pretrain_) c.pretraining.steps = *pretrain_;
@@ -199,8 +205,9 @@ class TrainVrnn final : public tools::TrainingTool {
 
   std::string arch_ = "motion-cell", preset_ = "small", validation_, unlabelled_ = "drop", representation_ = "quaternion", distance_, exposure_ = "own-output";
   std::vector<std::string> attributes_, ablations_, classifiers_;
+  std::optional<int> overlap_;
   std::optional<std::int64_t> steps_, epochs_, batch_, window_, pretrain_;
-  std::optional<double> rate_, scale_, velocity_, constraint_, classifier_weight_, own_output_rate_, noise_, dropout_;
+  std::optional<double> rate_, scale_, velocity_, root_, constraint_, classifier_weight_, own_output_rate_, noise_, dropout_;
   std::vector<double> kl_ramp_, cl_ramp_, exposure_ramp_, input_noise_;
 };
 

@@ -62,9 +62,10 @@ int MotionCellConfig::attribute_combinations() const {
 
 MotionCellConfig MotionCellConfig::preset(const std::string& name) {
   MotionCellConfig config;
-  if (name == "small")
+  if (name == "small") {
     config.hidden = 256;
-  else if (name != "paper")
+    config.overlap = 3;
+  } else if (name != "paper")
     refuse_usage(fmt::format("preset '{}', expected paper or small", name));
   return config;
 }
@@ -75,6 +76,8 @@ void MotionCellConfig::validate() const {
       refuse_config(fmt::format("{} is {}, expected a whole number in 1..{}", name, value, kMost));
   };
   for_each_size(*this, check);
+  if (overlap < 0 || overlap > word_length || (single_layer && overlap > 0))
+    refuse_config(fmt::format("overlap is {}, expected a whole number in 0..{}", overlap, single_layer ? 0 : word_length));
   if (single_layer && word_length != 1) refuse_config(fmt::format("word_length is {} with single_layer, expected 1", word_length));
   if (attribute_classes.empty()) refuse_config("attribute_classes is empty, expected at least one attribute");
   long combinations = 1;
@@ -90,6 +93,7 @@ nlohmann::json to_json(const MotionCellConfig& config) {
   nlohmann::json json;
   for_each_size(config, [&](const char* name, int value) { json[name] = value; });
   json["single_layer"] = config.single_layer;
+  json["overlap"] = config.overlap;
   json["attribute_classes"] = config.attribute_classes;
   return json;
 }
@@ -105,6 +109,11 @@ MotionCellConfig config_from_json(const nlohmann::json& json) {
   if (json.contains("single_layer")) {  // models from before there was one lack it
     if (!json.at("single_layer").is_boolean()) refuse_config("single_layer is neither true nor false");
     json.at("single_layer").get_to(config.single_layer);
+  }
+  if (json.contains("overlap")) {
+    if (!json.at("overlap").is_number_integer()) refuse_config("overlap is no whole number");
+    const auto frames = json.at("overlap").get<std::int64_t>();
+    config.overlap = frames < 0 || frames > kMost ? -1 : static_cast<int>(frames);
   }
   const nlohmann::json& classes = field("attribute_classes");
   if (!classes.is_array())

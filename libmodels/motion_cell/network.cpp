@@ -31,6 +31,18 @@ Tensor from_words(const Tensor& y, std::int64_t batch, at::IntArrayRef sizes) {
   return y.reshape({-1, batch, y.size(1)}).transpose(0, 1).reshape(sizes);
 }
 
+// Frames of overlapping words, (N B, (l + o) D) -> (N B, l D).
+Tensor joined(const Tensor& written, std::int64_t batch, const MotionCellConfig& c) {
+  if (c.overlap == 0) return written;
+  const Tensor words = written.view({-1, batch, c.word_length + c.overlap, c.features()});
+  const std::int64_t n = words.size(0);
+  const Tensor first = words.narrow(2, 0, c.overlap), ahead = words.narrow(2, c.word_length, c.overlap);
+  const Tensor before = torch::cat({first.narrow(0, 0, 1), ahead.narrow(0, 0, n - 1)}, 0);  // the first word has none before it
+  Tensor share = torch::empty({c.overlap, 1}, written.scalar_type());
+  for (int k = 0; k < c.overlap; ++k) share[k][0] = fade_in(k, c.overlap);
+  return torch::cat({before + share * (first - before), words.narrow(2, c.overlap, c.word_length - c.overlap)}, 2).reshape({n * batch, c.word_features()});
+}
+
 }  // namespace
 
 MotionCell::MotionCell(const MotionCellConfig& config, std::uint64_t seed) : config_(config) {
@@ -47,7 +59,7 @@ MotionCell::MotionCell(const MotionCellConfig& config, std::uint64_t seed) : con
   };
   if (!config.single_layer) {
     word_encoder = mlp("word_encoder", {config.word_features(), p, p, e}, true);
-    word_decoder = mlp("word_decoder", {e, p, p, config.word_features()}, false);
+    word_decoder = mlp("word_decoder", {e, p, p, config.written()}, false);
   }
   word_features = mlp("word_features", {config.decoded(), p, p, e}, true);
   latent_features = mlp("latent_features", {z, p, p, e}, true);
@@ -82,7 +94,7 @@ std::int64_t MotionCell::parameter_count(const MotionCellConfig& c) {
   };
   const std::int64_t e = c.word, p = c.width, z = c.latent, h = c.hidden, a = c.control;
   const std::int64_t frames = c.word_length * (std::int64_t{c.joints} * c.rotation_values + c.root_values);
-  const std::int64_t outside = c.single_layer ? 0 : mlp({frames, p, p, e}) + mlp({e, p, p, frames}), w = c.decoded();
+  const std::int64_t outside = c.single_layer ? 0 : mlp({frames, p, p, e}) + mlp({e, p, p, frames / c.word_length * (c.word_length + c.overlap)}), w = c.decoded();
   return outside + mlp({w, p, p, e}) + mlp({z, p, p, e}) + mlp({c.attribute_total(), a}) + 2 * mlp({e + 2 * h + a, p, p, p, p, z}) +
          2 * mlp({2 * h + a, p, p, p, p, z}) + mlp({e + 2 * h + a, p, p, w}) + 3 * h * (2 * e + h + 2) + 3 * h * (2 * h + 2) + 2 * std::int64_t{c.attribute_combinations()} * 2 * h;
 }
@@ -99,7 +111,7 @@ std::shared_ptr<const PackedCell> MotionCell::pack(bool training) const {
 Tensor MotionCell::autoencode(const Tensor& x) const {
   if (config_.single_layer) return x;
   const std::int64_t words = x.size(1) / config_.word_length;
-  return from_words(word_decoder->forward(word_encoder->forward(to_words(x, words))), x.size(0), x.sizes());
+  return from_words(word_decoder->forward(word_encoder->forward(to_words(x, words))).narrow(1, 0, config_.word_features()), x.size(0), x.sizes());
 }
 
 CellOutput MotionCell::forward(const CellInput& input, std::shared_ptr<const PackedCell> packed) const {
@@ -145,7 +157,7 @@ CellOutput MotionCell::forward(const CellInput& input, std::shared_ptr<const Pac
   const ScanOutput out = scan(*this, packed ? std::move(packed) : pack(), features, control, h0,
                               input.posterior_noise.reshape({words * batch, c.latent}), input.replace);
   CellOutput result;
-  result.y = from_words(c.single_layer ? out.words : word_decoder->forward(out.words), batch, input.x.sizes());
+  result.y = from_words(c.single_layer ? out.words : joined(word_decoder->forward(out.words), batch, c), batch, input.x.sizes());
   result.kl = nn::gaussian_kl(out.mu_q, out.sigma_q, out.mu_p, out.sigma_p).reshape({words, batch}).transpose(0, 1);
   result.words = from_words(out.words, batch, {batch, words, c.decoded()});
   return result;

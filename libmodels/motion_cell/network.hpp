@@ -6,6 +6,9 @@
 //   w~_n = f_dec(f_z(z_n), h, a)                       decoder             (eq. 10)       f_z: latent_features
 //   h' = f_h(f_w(w_n), f_z(z_n), h)                    gru_1, gru_2        (eq. 11)
 //   x~ = f_dec_w(w~_n)                                 word_decoder        (eq. 3)
+// Words that overlap are not in the paper: f_dec_w writes l + o frames, the last o of them a second opinion on the next word's first,
+//   x~_{nl + k} = (1 - u_k) f_dec_w(w~_{n-1})_{l + k} + u_k f_dec_w(w~_n)_k,   u_k = (k + 1) / (o + 1), k < o, n > 0.
+// Each word's z is drawn for itself, which shows as a jolt every l frames; so it fades in.
 // In a single-layer network (the paper's ablation "SL") w_n is the frame x_n itself: f_w reads it, f_dec is linear in its last layer
 // and gives x~_n; word_encoder and word_decoder are null.
 // with h = h_{n-1} the states of both GRU cells side by side. sigma = softplus(.) + kSigmaFloor.
@@ -24,6 +27,9 @@ namespace mocap::motion_cell {
 
 inline constexpr double kSigmaFloor = 1e-4;
 inline constexpr double kInitialStateSigma = 0.5;  // what exp(log_sigma) starts from
+
+// u_k of overlapping words.
+inline double fade_in(int frame, int overlap) { return (frame + 1.0) / (overlap + 1); }
 
 class PackedCell;  // the weights laid out for the recurrent passes
 

@@ -39,12 +39,12 @@ class Arena {
 };
 
 // What SampleStream::next takes for one clip: first layers, hidden layers, prior and z, GRU input and word, GRU gates.
-std::size_t scratch_columns(const CellWeights<float>& w) {
+std::size_t scratch_columns(const CellWeights<float>& w, const MotionCellConfig& c) {
   std::size_t hidden_layers = 0;
   for (const auto* mlp :
        {&w.prior_mu, &w.prior_sigma, &w.latent_features, &w.decoder, &w.word_features, &w.word_decoder})
     hidden_layers += mlp->layers.empty() ? 0 : mlp->layers.size() - 1;
-  return (3 + hidden_layers) * w.width + 3 * static_cast<std::size_t>(w.latent) + 2 * static_cast<std::size_t>(w.word) +
+  return (c.overlap > 0 ? static_cast<std::size_t>(c.written()) : 0) + (3 + hidden_layers) * w.width + 3 * static_cast<std::size_t>(w.latent) + 2 * static_cast<std::size_t>(w.word) +
          static_cast<std::size_t>(w.word_features.layers[0].in()) + 6 * static_cast<std::size_t>(w.hidden);
 }
 
@@ -67,7 +67,8 @@ SampleStream::SampleStream(const Sampler& sampler, std::vector<Random> noise, st
   if (classes.size() != clips * attributes) throw Error(Exit::internal, {}, "sampler: classes do not match the clips");
   constant_.resize(clips * 3 * w.width);
   state_.resize(clips * states);
-  scratch_.resize(clips * scratch_columns(w));
+  scratch_.resize(clips * scratch_columns(w, sampler.config_));
+  ahead_.resize(clips * static_cast<std::size_t>(sampler.config_.overlap * sampler.config_.features()));
   for (std::size_t clip = 0; clip < clips; ++clip) {
     const auto own = classes.subspan(clip * attributes, attributes);
     set_classes(static_cast<int>(clip), own);
@@ -142,8 +143,25 @@ void SampleStream::next(float* frames, std::int64_t clip_stride) {
     return;
   }
   auto out = hidden_layers(w.word_decoder.layers.size() - 1);
-  out.push_back({frames, clip_stride});
+  const MotionCellConfig& c = sampler_->config_;
+  if (c.overlap == 0) {
+    out.push_back({frames, clip_stride});
+    w.word_decoder.forward(B, word, out);
+    return;
+  }
+  const View<float> written = arena.take(c.written());
+  out.push_back(written);
   w.word_decoder.forward(B, word, out);
+  const int D = c.features(), own = c.word_features(), shared = c.overlap * D;
+  for (int b = 0; b < B; ++b) {
+    const float* from = written.data + b * written.ld;
+    float *before = ahead_.data() + static_cast<std::ptrdiff_t>(b) * shared, *to = frames + b * clip_stride;
+    std::copy_n(from, own, to);
+    if (!first_)
+      for (int i = 0; i < shared; ++i) to[i] = before[i] + static_cast<float>(fade_in(i / D, c.overlap)) * (from[i] - before[i]);
+    std::copy_n(from + own, shared, before);
+  }
+  first_ = false;
 }
 
 void SampleStream::remove(int clip) {
@@ -155,6 +173,7 @@ void SampleStream::remove(int clip) {
   };
   move_row(constant_);
   move_row(state_);
+  move_row(ahead_);
   noise_[clip] = noise_[last];
   noise_.pop_back();
 }

@@ -54,6 +54,8 @@ class SampleStream {
   std::vector<Random> noise_;
   float sigma_scale_;
   std::vector<float> constant_, state_;  // per clip: control part of the first layers, h
+  std::vector<float> ahead_;             // per clip: what the last word's decoder wrote of the next, where words overlap
+  bool first_ = true;
   std::vector<float> scratch_;
 };
 

@@ -51,7 +51,7 @@ struct TrainingConfig {
   objective::ObjectiveConfig objective;
   double gradient_limit = 0.1;
   train::LearningRate learning_rate;
-  train::Ramp kl_weight{0, 1, 0.05, 0.4};
+  train::Ramp kl_weight{0.1, 1, 0, 0.4};  // at 0 words would fill with what the prior cannot say, and have to be emptied again
   train::Ramp classifier_weight{0, 0.03, 0.1, 0.4};
   Exposure exposure = Exposure::own_output;  // which of the three ramps below is followed
   train::Ramp own_output{0, 1, 0.1, 0.6};    // share of words

@@ -137,7 +137,8 @@ Tensor MotionObjective::operator()(const Tensor& y, const train::Batch& batch, F
     angle = nn::geodesic_distance(unit.defined() ? unit : poses_.unit(raw), target);
   }
 
-  const Tensor root = torch::matmul((y.narrow(2, rotations, features::kRootValues) - batch.features.narrow(2, rotations, features::kRootValues)).square(), root_weights_);
+  // A thousandth of a deviation keeps the slope finite.
+  const Tensor root = torch::matmul(((y.narrow(2, rotations, features::kRootValues) - batch.features.narrow(2, rotations, features::kRootValues)).square() + 1e-6).sqrt() - 1e-3, root_weights_);
   Tensor frame_loss = distance + root;
   figures = {};
   if (representation != RotationRepresentation::axis_angle) {

@@ -3,9 +3,10 @@
 //   L_rec of a frame =
 //       sum_k alpha_k d(X_k, X~_k)                           eq. 22; alpha_k by eq. 23, metres
 //     + L_ang                                                eq. 25 for matrices, eq. 26 for quaternions, none for axis-angle vectors
-//     + sum_r w_r (x_r - x~_r)^2                             root values, standardised
+//     + sum_r w_r |x_r - x~_r|                               root values, standardised (round within 1e-3)
 //     + c_v sum_k alpha_k 2 |Delta q_k - Delta q~_k|         change from frame to frame, across words too (|Delta q| is half an angle)
-// The paper gives the six root values no loss and the last term does not exist there: w_r = root_weight for velocities,
+// The paper gives the six root values no loss and the last term does not exist there. Root values are standardised over all actions, so that a square would make the drift of somebody
+// who stands cheap: errors count by their size, as angles do. w_r = root_weight for velocities,
 // height and yaw rate, and the weight of the heaviest joint for the two tilts. q are unit quaternions in every representation.
 //
 // d, by `distance` (X~ is normalised before, but for l2: quaternions by their length, matrices by Gram-Schmidt, vectors by the
@@ -61,7 +62,7 @@ struct Figures {
   double angle = 0;       // mean angle between rotations of a frame, radians
   double distance = 0;    // the first term
   double constraint = 0;  // the second, L_ang
-  double root = 0;        // weighted square error of the root values
+  double root = 0;        // weighted error of the root values
   double velocity = 0;    // the last term before its weight
 };
 

@@ -73,6 +73,29 @@ TEST(MotionCell, EqualsAlgorithm1ChangingAttributes) {
   expect_equals_reference(0.5, true);
 }
 
+TEST(MotionCell, OverlappingWordsEqualAlgorithm1) {
+  for (const int overlap : {1, 2, 3}) {
+    MotionCellConfig c = tiny();
+    c.overlap = overlap;
+    expect_equals_reference(0.5, overlap == 2, c);
+    EXPECT_EQ(MotionCell::parameter_count(c), MotionCell(c, 4).parameter_count());
+    EXPECT_EQ(config_from_json(to_json(c)), c);
+  }
+  MotionCellConfig c = tiny();
+  c.overlap = 4;  // of words of three frames
+  EXPECT_THROW(c.validate(), Error);
+  c = tiny_single_layer();
+  c.overlap = 1;
+  EXPECT_THROW(c.validate(), Error);
+  nlohmann::json old = to_json(tiny());
+  old.erase("overlap");
+  EXPECT_EQ(config_from_json(old).overlap, 0);
+  for (const nlohmann::json& bad : {nlohmann::json(-1), nlohmann::json(1.5), nlohmann::json("2"), nlohmann::json(4000000000)}) {
+    old["overlap"] = bad;
+    EXPECT_THROW(config_from_json(old), Error) << bad;
+  }
+}
+
 TEST(MotionCell, SingleLayerEqualsAlgorithm1) {
   for (const double own : {-1.0, 0.5, 1.0}) expect_equals_reference(own, false, tiny_single_layer());
   expect_equals_reference(0.5, true, tiny_single_layer());
@@ -147,6 +170,9 @@ TEST(MotionCell, AutoencodeIsEncoderThenDecoder) {
   const Tensor y = cell.autoencode(in.x);
   const Tensor one = plain(*cell.word_decoder, plain(*cell.word_encoder, in.x[1].slice(0, 3, 6).reshape({1, -1})));
   EXPECT_LT((y[1].slice(0, 3, 6).reshape({1, -1}) - one).abs().max().item<double>(), 1e-5);
+  MotionCellConfig overlapping = tiny();
+  overlapping.overlap = 2;
+  EXPECT_EQ(MotionCell(overlapping, 4).autoencode(in.x).sizes(), in.x.sizes());
 }
 
 TEST(MotionCell, WrongShapesAndClassesAreRefused) {

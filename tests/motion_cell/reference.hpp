@@ -33,6 +33,7 @@ inline CellOutput reference_forward(const MotionCell& cell, const CellInput& in)
   torch::Tensor h = cell.initial_mu.index({row}) + cell.initial_log_sigma.index({row}).exp() * in.initial_noise;
 
   std::vector<torch::Tensor> ys, kls, ws;
+  torch::Tensor ahead;
   for (std::int64_t n = 0; n < words; ++n) {
     std::vector<torch::Tensor> parts;
     for (std::size_t i = 0; i < c.attribute_classes.size(); ++i)
@@ -51,7 +52,14 @@ inline CellOutput reference_forward(const MotionCell& cell, const CellInput& in)
     if (in.replace.defined()) f = torch::where(in.replace[n].unsqueeze(1), plain(*cell.word_features, own), f);
     const torch::Tensor h1 = plain(*cell.gru_1, torch::cat({f, z}, 1), h.slice(1, 0, c.hidden));
     h = torch::cat({h1, plain(*cell.gru_2, h1, h.slice(1, c.hidden))}, 1);
-    ys.push_back((c.single_layer ? own : plain(*cell.word_decoder, own)).reshape({batch, c.word_length, -1}));
+    const torch::Tensor written = (c.single_layer ? own : plain(*cell.word_decoder, own)).reshape({batch, c.word_length + c.overlap, -1});
+    torch::Tensor y = written.narrow(1, 0, c.word_length).clone();
+    for (int k = 0; k < c.overlap && n > 0; ++k) {
+      const double u = (k + 1.0) / (c.overlap + 1);
+      y = torch::cat({y.narrow(1, 0, k), (u * written.narrow(1, k, 1) + (1 - u) * ahead.narrow(1, k, 1)), y.narrow(1, k + 1, c.word_length - k - 1)}, 1);
+    }
+    ahead = written.narrow(1, c.word_length, c.overlap);
+    ys.push_back(y);
     ws.push_back(own);
     const torch::Tensor kl =
         torch::log(sigma_p / sigma_q) + (sigma_q.square() + (mu_q - mu_p).square()) / (2 * sigma_p.square()) - 0.5;

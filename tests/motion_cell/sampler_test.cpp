@@ -17,7 +17,7 @@ using torch::Tensor;
 
 MotionCellConfig middle() {
   MotionCellConfig c;
-  c.joints = 5, c.hidden = 48, c.width = 40, c.word = 24, c.latent = 20, c.attribute_classes = {3, 2};
+  c.joints = 5, c.hidden = 48, c.width = 40, c.word = 24, c.latent = 20, c.overlap = 2, c.attribute_classes = {3, 2};
   return c;
 }
 
@@ -33,6 +33,7 @@ Tensor algorithm2(const MotionCell& cell, const ClipRequest& r, double sigma_sca
   std::vector<std::int64_t> classes;
   Tensor h;
   std::vector<Tensor> frames;
+  Tensor ahead;
   for (std::int64_t n = 0; n * c.word_length < r.frames; ++n) {
     for (const auto& change : r.schedule)
       if (change.word == n) classes = change.classes;
@@ -51,7 +52,11 @@ Tensor algorithm2(const MotionCell& cell, const ClipRequest& r, double sigma_sca
     const Tensor w = plain(*cell.decoder, torch::cat({z, h, a}, 1));
     const Tensor h1 = plain(*cell.gru_1, torch::cat({plain(*cell.word_features, w), z}, 1), h.slice(1, 0, c.hidden));
     h = torch::cat({h1, plain(*cell.gru_2, h1, h.slice(1, c.hidden))}, 1);
-    frames.push_back((c.single_layer ? w : plain(*cell.word_decoder, w)).reshape({c.word_length, c.features()}));
+    const Tensor written = (c.single_layer ? w : plain(*cell.word_decoder, w)).reshape({c.word_length + c.overlap, c.features()});
+    Tensor word = written.narrow(0, 0, c.word_length).clone();
+    for (int k = 0; k < c.overlap && n > 0; ++k) word[k] = (k + 1.0) / (c.overlap + 1) * word[k] + (1 - (k + 1.0) / (c.overlap + 1)) * ahead[k];
+    ahead = written.narrow(0, c.word_length, c.overlap);
+    frames.push_back(word);
   }
   return torch::cat(frames).slice(0, 0, r.frames);
 }
@@ -74,10 +79,20 @@ TEST(Sampler, EqualsAlgorithm2) {
     }
 }
 
+TEST(Sampler, WordsOfEveryOverlapEqualAlgorithm2) {
+  for (const int overlap : {0, 1, 3}) {
+    MotionCellConfig config = middle();
+    config.overlap = overlap;
+    const MotionCell cell(config, 2);
+    EXPECT_LT(difference(sample_clips(Sampler(cell), {request(1, 17)})[0], algorithm2(cell, request(1, 17), 1)), 1e-5) << overlap;
+  }
+}
+
 TEST(Sampler, SingleLayerEqualsAlgorithm2) {
   MotionCellConfig config = middle();
   config.single_layer = true;
   config.word_length = 1;
+  config.overlap = 0;
   const MotionCell cell(config, 2);
   const Sampler sampler(cell);
   ClipRequest changing = request(3, 17);

@@ -122,7 +122,7 @@ double oracle(const MotionDataset& set, const ObjectiveConfig& c, const Tensor& 
       for (std::size_t i = 0; i < 6; ++i) {
         const std::size_t column = joints * k + i;
         const double difference = (value(y, b, f, column) - value(batch.features, b, f, column)) / set.deviation()[column];
-        loss += (i < 4 ? c.root_weight : *std::max_element(alpha.begin(), alpha.end())) * difference * difference;
+        loss += (i < 4 ? c.root_weight : *std::max_element(alpha.begin(), alpha.end())) * (std::sqrt(difference * difference + 1e-6) - 1e-3);
       }
       total += loss;
     }
