@@ -186,6 +186,8 @@ class Sample final : public cli::Tool {
             plan.attributes = now;
           else if (starts[k] < frames)
             plan.changes.push_back({starts[k], std::move(now)});
+          else if (plans.empty())
+            log::warn("{}:{}: {} s is less than half a word of the model before the motion's end: the row changes nothing", file, schedule.rows[k].line, schedule.rows[k].start_s);
         }
         plans.push_back(std::move(plan));
       }

@@ -47,7 +47,7 @@ class TrainClassifier final : public tools::TrainingTool {
   }
 
   Exit run(cli::Context& context) override {
-    const std::string input = begin(context);
+    const std::string input = begin(context, {validation_});
     if (validation_ == "-") refuse_usage("--val -: accuracy is found in a second reading, expected a file");
     const classifier::Data data(input, attribute_, classifier::parse_half(half_), static_cast<std::uint64_t>(half_seed_));
     if (data.left_out() > 0) log::warn("{} clips are left out: they lack a label", data.left_out());

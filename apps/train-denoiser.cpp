@@ -43,7 +43,7 @@ class TrainDenoiser final : public tools::TrainingTool {
   }
 
   Exit run(cli::Context& context) override {
-    const std::string input = begin(context);
+    const std::string input = begin(context, {noisy_, validation_, validation_noisy_});
     if (!noisy_.empty() && (corruption_given_->count() > 0 || share_given_->count() > 0)) refuse_usage("--corrupt-share or --corrupt-deviation with --noisy, which takes the place of made noise");
     if (noisy_.empty() && !validation_noisy_.empty()) refuse_usage("--val-noisy without --noisy, expected both");
     if (!noisy_.empty() && validation_.empty() != validation_noisy_.empty()) refuse_usage("--val and --val-noisy, expected both or none with --noisy");

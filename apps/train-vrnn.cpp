@@ -61,7 +61,7 @@ class TrainVrnn final : public tools::TrainingTool {
     app.add_option("--steps", steps_, "optimiser steps, word pretraining included")->check(cli::whole(1, 1000000000, "STEPS"));
     app.add_option("--epochs", epochs_, "passes over the clips, instead of --steps")->check(cli::whole(1, 1000000000, "EPOCHS"));
     app.add_option("--batch", batch_, "clips in a batch (preset)")->check(cli::whole(1, 65536, "CLIPS"));
-    app.add_option("--window", window_, "frames of a training window, instead of the preset's growing ones; cut to whole words")->check(cli::whole(3, 100000, "FRAMES"));
+    app.add_option("--window", window_, "frames of a training window, instead of the preset's growing ones; the Motion Cell's are cut to whole words")->check(cli::whole(3, 100000, "FRAMES"));
     app.add_option("--learning-rate", rate_, "of Adam (preset)")->check(cli::positive("RATE"));
     app.add_option("--reconstruction-scale", scale_, "weight of the reconstruction against a KL weight of 1 (preset)")->check(cli::positive("WEIGHT"));
     app.add_option("--velocity-weight", velocity_, "weight of the frame-to-frame change of rotations; 0 as in the paper (preset)")->check(cli::non_negative("WEIGHT"));
@@ -82,7 +82,9 @@ class TrainVrnn final : public tools::TrainingTool {
   }
 
   Exit run(cli::Context& context) override {
-    const std::string input = begin(context);
+    std::vector<std::string> read = classifiers_;
+    read.push_back(validation_);
+    const std::string input = begin(context, read);
     if (steps_ && epochs_) refuse_usage("both --steps and --epochs, expected one of them");
     const auto representation = features::parse_representation(representation_);
     if (!distance_.empty()) objective::check_distance(objective::parse_distance(distance_), representation);
@@ -137,7 +139,7 @@ class TrainVrnn final : public tools::TrainingTool {
     if (scale_ || !kl_ramp_.empty() || pretrain_ || overlap_) refuse_usage(fmt::format("--reconstruction-scale, --kl-ramp, --pretrain-steps or --overlap with --arch {}, which has no latent variable", arch_));
     if (!classifiers_.empty() || ablated("single-layer") || ablated("no-classifier")) refuse_usage(fmt::format("--classifier or --ablate single-layer or no-classifier with --arch {}, expected --arch motion-cell", arch_));
     if (exposure_ != "own-output") refuse_usage(fmt::format("--exposure {} with --arch {}, expected --own-output-rate and --input-noise", exposure_, arch_));
-    const motion_cell::TrainingConfig c = configuration(data, motion_cell::MotionCellConfig::preset(preset_).word_length);
+    const motion_cell::TrainingConfig c = configuration(data, 1);  // their words are frames
     const auto arch = arch_ == "erd" ? baselines::Arch::erd : baselines::Arch::quaternet;
     baselines::TrainingConfig config = baselines::TrainingConfig::of(arch);
     config.steps = c.steps > 0 ? c.steps : c.epochs * ((static_cast<std::int64_t>(data.clips().size()) + c.batch - 1) / c.batch);
@@ -177,6 +179,7 @@ class TrainVrnn final : public tools::TrainingTool {
     if (scale_) c.reconstruction_scale = *scale_;
     if (velocity_) c.objective.velocity_weight = *velocity_;
     if (root_) c.objective.root_weight = *root_;
+    if (constraint_ && data.layout().representation == features::RotationRepresentation::axis_angle) log::warn("--constraint-weight: axis-angle vectors have no constraint, it changes nothing");
     if (constraint_) c.objective.unit_norm_weight = c.objective.orthogonality_weight = c.objective.determinant_weight = *constraint_;
     c.objective.uniform_joints = ablated("uniform-joints");
     if (pretrain_) c.pretraining.steps = *pretrain_;
@@ -190,6 +193,7 @@ class TrainVrnn final : public tools::TrainingTool {
     ramp("--cl-ramp", cl_ramp_, c.classifier_weight);
     for (train::Ramp* r : {&c.own_output, &c.noise, &c.joint_dropout}) ramp("--exposure-ramp", exposure_ramp_, *r);
     c.exposure = motion_cell::parse_exposure(exposure_);
+    if (c.exposure == motion_cell::Exposure::none && !exposure_ramp_.empty()) refuse_usage("--exposure-ramp with --exposure none, which has nothing that grows");
     const auto amount = [&](const char* name, const std::optional<double>& value, motion_cell::Exposure of, train::Ramp& r) {
       if (!value) return;
       if (c.exposure != of) refuse_usage(fmt::format("{} with --exposure {}, expected --exposure {}", name, exposure_, motion_cell::text(of)));

@@ -138,7 +138,8 @@ Tensor MotionObjective::operator()(const Tensor& y, const train::Batch& batch, F
   }
 
   // A thousandth of a deviation keeps the slope finite.
-  const Tensor root = torch::matmul(((y.narrow(2, rotations, features::kRootValues) - batch.features.narrow(2, rotations, features::kRootValues)).square() + 1e-6).sqrt() - 1e-3, root_weights_);
+  const auto size_of_root = [&](const Tensor& e) { return torch::matmul((e.square() + 1e-6).sqrt() - 1e-3, root_weights_); };
+  const Tensor root_error = y.narrow(2, rotations, features::kRootValues) - batch.features.narrow(2, rotations, features::kRootValues), root = size_of_root(root_error);
   Tensor frame_loss = distance + root;
   figures = {};
   if (representation != RotationRepresentation::axis_angle) {
@@ -152,7 +153,8 @@ Tensor MotionObjective::operator()(const Tensor& y, const train::Batch& batch, F
     const Tensor error = beside(normalised(), target) - target;
     const Tensor change = error.narrow(1, 1, t - 1) - error.narrow(1, 0, t - 1);
     // |Delta q| is half an angle: twice it weighs like the distances above. The small constant keeps the slope finite.
-    const Tensor velocity = torch::matmul(2 * (change.square().sum(-1) + 1e-8).sqrt(), alpha_) * batch.mask.narrow(1, 1, t - 1);
+    const Tensor turned = torch::matmul(2 * (change.square().sum(-1) + 1e-8).sqrt(), alpha_);
+    const Tensor velocity = (turned + size_of_root(root_error.narrow(1, 1, t - 1) - root_error.narrow(1, 0, t - 1))) * batch.mask.narrow(1, 1, t - 1);
     frame_loss = torch::cat({frame_loss.narrow(1, 0, 1), frame_loss.narrow(1, 1, t - 1) + config_.velocity_weight * velocity}, 1);
     figures.velocity = velocity.detach().sum().item<double>();
   }

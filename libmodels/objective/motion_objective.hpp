@@ -4,7 +4,8 @@
 //       sum_k alpha_k d(X_k, X~_k)                           eq. 22; alpha_k by eq. 23, metres
 //     + L_ang                                                eq. 25 for matrices, eq. 26 for quaternions, none for axis-angle vectors
 //     + sum_r w_r |x_r - x~_r|                               root values, standardised (round within 1e-3)
-//     + c_v sum_k alpha_k 2 |Delta q_k - Delta q~_k|         change from frame to frame, across words too (|Delta q| is half an angle)
+//     + c_v (sum_k alpha_k 2 |Delta q_k - Delta q~_k|        change from frame to frame, across words too (|Delta q| is half an angle),
+//            + sum_r w_r |Delta x_r - Delta x~_r|)           of root values likewise
 // The paper gives the six root values no loss and the last term does not exist there. Root values are standardised over all actions, so that a square would make the drift of somebody
 // who stands cheap: errors count by their size, as angles do. w_r = root_weight for velocities,
 // height and yaw rate, and the weight of the heaviest joint for the two tilts. q are unit quaternions in every representation.

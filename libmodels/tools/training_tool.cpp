@@ -35,11 +35,13 @@ void TrainingTool::add_loop_options(CLI::App& app) {
   app.add_option("--val-epochs", val_epochs_, "between validations")->check(cli::whole(1, 1000000000, "EPOCHS"))->capture_default_str();
 }
 
-std::string TrainingTool::begin(cli::Context& context) const {
+std::string TrainingTool::begin(cli::Context& context, const std::vector<std::string>& read) const {
   nn::use_one_blas_thread();
-  const std::string& input = context.inputs().at(0).path;
+  const std::string &input = context.inputs().at(0).path, &output = context.common().output;
   std::error_code ignored;
-  if (std::filesystem::equivalent(input, context.common().output, ignored)) refuse_usage("-o " + context.common().output + " is the archive to train on, expected another file");
+  if (std::filesystem::equivalent(input, output, ignored)) refuse_usage("-o " + output + " is the archive to train on, expected another file");
+  for (const std::string& path : read)
+    if (!path.empty() && std::filesystem::equivalent(path, output, ignored)) refuse_usage("-o " + output + " is a file that the training reads, expected another file");
   return input;
 }
 

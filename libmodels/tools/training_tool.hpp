@@ -19,8 +19,8 @@ class TrainingTool : public cli::Tool {
   // --shards, --resume, --weights-only, --checkpoint-minutes, --checkpoint-epochs, --val-epochs.
   void add_loop_options(CLI::App& app);
   int shards() const { return shards_; }
-  // Puts LibTorch's and BLAS' threads in their place; Error(usage) where the output is the input. Returns the input's path.
-  std::string begin(cli::Context& context) const;
+  // Puts LibTorch's and BLAS' threads in their place; Error(usage) where the output is the input or one of the other files read ("": none). Returns the input's path.
+  std::string begin(cli::Context& context, const std::vector<std::string>& read = {}) const;
   // Trains to the end or to a stop signal, which is said. `history` is that of the input, `inputs` what was read.
   // Exit::ok or Exit::interrupted.
   Exit train(cli::Context& context, train::Trainable& training, History history, std::vector<HistoryInput> inputs) const;

@@ -107,6 +107,7 @@
 0 . sample -q -m m.h5 -n 2 -j 1 --schedule - -o stdin2.h5 < s.tsv && motion-info sched.h5 | grep digest > d2 && motion-info stdin2.h5 | grep digest | cmp - d2
 0 true printf 'clip\tstart\taction\tgender\na\t0\twalking\tmale\nb\t0\tlifting\t\na\t2\tjogging\t\n' > two.tsv; sample -q -m m.h5 --schedule two.tsv --frames 75 -o two.h5 && ./q 'a[0].names == ["a-0", "b-1"] and a[0].attribute("action") == ["", "lifting"] and a[0].attribute("gender") == ["male", "female"] and a[0].length == [75, 75]' two.h5
 0 true sample -q -m m.h5 --schedule s.tsv --attr gender=male -n 2 -o male.h5 && ./q 'a[0].attribute("gender") == ["male"] * 2' male.h5
+0 ~end.tsv:3:.2\.99.s.is.less.than.half.a.word printf 'start\taction\n0\twalking\n2.99\tjogging\n' > end.tsv; sample -m m.h5 --schedule end.tsv --frames 90 -o end.h5
 2 ~the.schedule.sets.gender.from.the.start sample -m m.h5 --schedule two.tsv --attr gender=male -o x.h5
 2 ~the.schedule.sets.action.from.the.start sample -m m.h5 --schedule s.tsv --attr action=jogging -o x.h5
 2 ~--frames.and.a.schedule sample -m m.h5 --schedule s.tsv --frames 90 -o x.h5

@@ -36,6 +36,7 @@
 # options
 0 true ./t c.h5 --epochs 2 --val val.h5 --json -o v.h5 > v.json && ./q 'same(m[0].weights(), m[1].weights()) and json.load(open("v.json"))["clips"] == 8 and len(json.load(open("v.json"))["confusion"]) == 4' a.h5 v.h5
 0 ~^accuracy.[01]\.[0-9]+,.mean.over.classes.*8.clips ./t c.h5 --epochs 2 --val val.h5 -o v2.h5
+2 ~is.a.file.that.the.training.reads ./t c.h5 --epochs 2 --val val.h5 -f -o val.h5
 0 true ./t c.h5 --epochs 1 --half A -o half-a.h5 && ./t c.h5 --epochs 1 --half B -o half-b.h5 && ./q 'not m[0].sources() & m[1].sources() and m[0].sources() | m[1].sources() == m[2].sources() and len(m[0].sources()) == 8' half-a.h5 half-b.h5 a.h5
 0 true ./t c.h5 --epochs 1 --half A --half-seed 9 -o half-9.h5 && ./q 'm[0].sources() != m[1].sources()' half-a.h5 half-9.h5
 0 true train-classifier -q c.h5 --attribute gender --epochs 1 --batch 5 --window 20 --noise 0.1 --learning-rate 0.002 --shards 3 --device cpu --weights-only --checkpoint-minutes 1 --checkpoint-epochs 1 --val-epochs 1 -o g.h5 && ./q '[(t["batch"], t["window"], t["noise"], t["learning_rate"]["rate"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(5, 20, 0.1, 0.002, 3)] and m[0].json("config")["crops"] == {"longest": 20, "shortest": 8} and list(m[0].f["vocabulary"]) == ["gender"] and "training" not in m[0].f' g.h5

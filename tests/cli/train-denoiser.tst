@@ -33,6 +33,7 @@
 0 true train-denoiser -q c.h5 --epochs 1 --batch 5 --window 20 --corrupt-share 0.3 --corrupt-deviation 0.2 --learning-rate 0.002 --rate-decay 0.5 --shards 3 --device cpu --weights-only --checkpoint-minutes 1 --checkpoint-epochs 1 -o o.h5 && ./q '[(t["batch"], t["window"], t["share"], t["corruption"], t["learning_rate"], t["decay"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(5, 20, 0.3, 0.2, 0.002, 0.5, 3)] and "training" not in m[0].f' o.h5
 0 true train-denoiser -q c.h5 --epochs 1 -o d.h5 && ./q '[(t["share"], t["corruption"], t["learning_rate"], t["decay"], t["decay_epochs"]) for t in [m[0].json("config")["training"]]] == [(0.1, 0.5, 1e-4, 0.99, 10)]' d.h5
 0 true ./t pc.h5 --noisy pn.h5 --val pc.h5 --val-noisy pn.h5 --val-epochs 1 --epochs 2 -o pair.h5 && ./q 'not same(m[0].weights(), m[1].weights()) and m[0].f["data/train_sources"].shape == (16,) and [i["path"] for i in m[0].history()[-1]["inputs"]] == ["pc.h5", "pn.h5", "pc.h5", "pn.h5"]' pair.h5 a.h5
+2 ~is.a.file.that.the.training.reads ./t pc.h5 --noisy pn.h5 -f -o pn.h5
 0 ~parameters,.*steps train-denoiser c.h5 --epochs 1 -o said.h5
 0 . ./t c.h5 --epochs 2 --resume -o a.h5 && cmp a.h5 b.h5
 2 ~was.trained.with.training/seed ./t c.h5 --epochs 2 --resume --seed 5 -o a.h5

@@ -54,7 +54,7 @@
 0 true ./t c.h5 --steps 6 --weights-only -o w.h5 && ./q 'same(m[0].weights(), m[1].weights()) and "training" not in m[1].f and "training" in m[0].f' a.h5 w.h5
 0 true ./t c.h5 --steps 2 --attribute action -o act.h5 && ./q 'list(m[0].f["vocabulary"]) == ["action"]' act.h5
 0 true train-vrnn -q c.h5 --batch 4 --window 6 --epochs 3 --pretrain-steps 0 -o e.h5 && ./q 'm[0].json("config")["training"]["steps"] == 6 and m[0].json("config")["training"]["pretraining"]["steps"] == 0' e.h5
-0 true train-vrnn -q c.h5 --preset paper --steps 1 --batch 3 --shards 3 --window 8 --learning-rate 0.002 --reconstruction-scale 5 --velocity-weight 0.25 --kl-ramp 0.1 0.2 --own-output 0.3 0.4 --own-output-rate 0.5 --checkpoint-epochs 1 --device cpu --weights-only -o p.h5 && ./q '[(t["batch"], t["shards"], t["windows"], t["learning_rate"]["rate"], t["reconstruction_scale"], t["objective"]["velocity_weight"], t["kl_weight"], t["own_output"]) for t in [m[0].json("config")["training"]]] == [(3, 3, [{"begin": 0.0, "frames": 6}], 0.002, 5, 0.25, {"begin": 0.1, "end": 0.2, "from": 0, "to": 1}, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.5})] and m[0].json("config")["network"]["hidden"] == 512' p.h5
+0 true train-vrnn -q c.h5 --preset paper --steps 1 --batch 3 --shards 3 --window 8 --learning-rate 0.002 --reconstruction-scale 5 --velocity-weight 0.25 --root-weight 0.75 --overlap 2 --kl-ramp 0.1 0.2 --own-output 0.3 0.4 --own-output-rate 0.5 --checkpoint-epochs 1 --device cpu --weights-only -o p.h5 && ./q '[(t["batch"], t["shards"], t["windows"], t["learning_rate"]["rate"], t["reconstruction_scale"], t["objective"]["velocity_weight"], t["objective"]["root_weight"], t["kl_weight"], t["own_output"]) for t in [m[0].json("config")["training"]]] == [(3, 3, [{"begin": 0.0, "frames": 6}], 0.002, 5, 0.25, 0.75, {"begin": 0.1, "end": 0.2, "from": 0.1, "to": 1}, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.5})] and m[0].json("config")["network"]["hidden"] == 512 and m[0].json("config")["network"]["overlap"] == 2' p.h5
 0 . printf 'steps = 6\nbatch = 4\nwindow = 6\npretrain-steps = 2\nquiet = true\n' > c.toml && train-vrnn c.h5 --config c.toml -o conf.h5 && cmp conf.h5 a.h5
 0 ~^[0-9]+/2.steps,.loss ./t c.h5 --steps 2 --progress always --log-level info -o prog.h5
 0 ~parameters,.2.steps train-vrnn --batch 4 --window 6 c.h5 --steps 2 -o said.h5
@@ -72,6 +72,12 @@
 2 ~expected.one.of ./t c.h5 --distance d4 -o x.h5
 2 ~expected.one.of ./t c.h5 --representation euler -o x.h5
 0 true ./t c.h5 --steps 4 --representation rotation-matrix --constraint-weight 2 -o con.h5 && ./q 'm[0].json("config")["training"]["objective"]["orthogonality_weight"] == 2 and not same(m[0].weights(), m[1].weights())' con.h5 rep-rotation-matrix.h5
+0 ~axis-angle.vectors.have.no.constraint train-vrnn c.h5 --batch 4 --window 6 --steps 2 --representation axis-angle --constraint-weight 2 -f -o con.h5
+
+# what is read is not written over
+2 ~is.the.archive.to.train.on ./t c.h5 --steps 2 -f -o c.h5
+2 ~is.a.file.that.the.training.reads ./t c.h5 --steps 2 --val val.h5 -f -o val.h5
+2 ~is.a.file.that.the.training.reads ./t c.h5 --steps 2 --classifier cl-action.h5 -f -o ./cl-action.h5
 
 # ablations
 0 true train-vrnn -q c.h5 --batch 4 --steps 4 --ablate single-layer --ablate uniform-joints --window 7 -o sl.h5 && ./q '[(c["network"]["word_length"], c["network"]["single_layer"], c["training"]["objective"]["uniform_joints"], c["training"]["windows"][0]["frames"]) for c in [m[0].json("config")]] == [(1, True, True, 7)] and not [n for n in m[0].weights() if n.startswith("word_encoder") or n.startswith("word_decoder")]' sl.h5
@@ -79,12 +85,20 @@
 2 ~uniform.joint.weights.with.distance.fk ./t c.h5 --steps 2 --ablate uniform-joints --distance fk -o x.h5
 2 ~expected.one.of ./t c.h5 --ablate everything -o x.h5
 
+# words that overlap: three frames in the preset small, none in the paper's and without words
+0 true ./t c.h5 --steps 4 --overlap 0 -o apart.h5 && ./t c.h5 --steps 4 --preset paper --batch 4 -o paper.h5 && ./q '[x.json("config")["network"]["overlap"] for x in m] == [3, 0, 0, 0]' plain.h5 apart.h5 paper.h5 sl.h5
+0 . sample -q -m apart.h5 -n 2 --frames 10 -f -o s.h5 && motion-info --check full s.h5 > info
+2 ~--overlap.with.--ablate.single-layer ./t c.h5 --ablate single-layer --overlap 1 -o x.h5
+2 ~whole.number ./t c.h5 --overlap 4 -o x.h5
+2 ~--overlap.with.--arch.erd ./t c.h5 --arch erd --overlap 1 -o x.h5
+
 # remedies for exposure bias
 0 true for e in none noise joint-dropout; do ./t c.h5 --steps 8 --exposure $e --exposure-ramp 0 0.1 -o e-$e.h5; done; ./t c.h5 --steps 8 --exposure-ramp 0 0.1 -o e-own.h5; ./q 'len({json.dumps([v.tolist() for v in x.weights().values()]) for x in m}) == 4 and [x.json("config")["training"]["exposure"] for x in m] == ["none", "noise", "joint-dropout", "own-output"]' e-none.h5 e-noise.h5 e-joint-dropout.h5 e-own.h5
 0 true ./t c.h5 --steps 4 --exposure noise --noise-deviation 0.2 --exposure-ramp 0.2 0.3 -o n.h5 && ./q 'm[0].json("config")["training"]["noise"] == {"begin": 0.2, "end": 0.3, "from": 0, "to": 0.2}' n.h5
 0 true ./t c.h5 --steps 4 --exposure joint-dropout --dropout-rate 0.5 -o n.h5 -f && ./q 'm[0].json("config")["training"]["joint_dropout"]["to"] == 0.5' n.h5
 2 ~--noise-deviation.with.--exposure.own-output,.expected.--exposure.noise ./t c.h5 --noise-deviation 0.1 -o x.h5
 2 ~--dropout-rate.with.--exposure.none ./t c.h5 --exposure none --dropout-rate 0.1 -o x.h5
+2 ~--exposure-ramp.with.--exposure.none ./t c.h5 --exposure none --exposure-ramp 0 1 -o x.h5
 2 ~--own-output-rate.with.--exposure.noise ./t c.h5 --exposure noise --own-output-rate 0.1 -o x.h5
 2 ~expected.one.of ./t c.h5 --exposure prayer -o x.h5
 
@@ -199,7 +213,7 @@
 0 ~erd motion-info erd.h5
 0 . motion-info --check full quaternet.h5
 1 . ./b --arch erd --steps 6 --input-noise 0 0.5 0.4 -o noise.h5 && cmp -s erd.h5 noise.h5
-0 true train-vrnn -q c.h5 --batch 4 --arch quaternet --val val.h5 --steps 2 --input-noise 0.25 0.5 0.125 --own-output 0.3 0.4 --own-output-rate 0.875 --learning-rate 0.002 --velocity-weight 0.25 --shards 3 --window 8 -o o.h5 && ./q '[(t["shards"], t["windows"], t["learning_rate"]["rate"], t["objective"]["velocity_weight"], t["own_output"], t["input_noise"]["ramp"]) for t in [m[0].json("config")["training"]]] == [(3, [{"begin": 0.0, "frames": 6}], 0.002, 0.25, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.875}, {"begin": 0.25, "end": 0.5, "from": 0, "to": 0.125})]' o.h5
+0 true train-vrnn -q c.h5 --batch 4 --arch quaternet --val val.h5 --steps 2 --input-noise 0.25 0.5 0.125 --own-output 0.3 0.4 --own-output-rate 0.875 --learning-rate 0.002 --velocity-weight 0.25 --shards 3 --window 8 -o o.h5 && ./q '[(t["shards"], t["windows"], t["learning_rate"]["rate"], t["objective"]["velocity_weight"], t["own_output"], t["input_noise"]["ramp"]) for t in [m[0].json("config")["training"]]] == [(3, [{"begin": 0.0, "frames": 8}], 0.002, 0.25, {"begin": 0.3, "end": 0.4, "from": 0, "to": 0.875}, {"begin": 0.25, "end": 0.5, "from": 0, "to": 0.125})]' o.h5
 0 true train-vrnn -q c.h5 --arch erd --preset paper --epochs 1 --batch 4 --window 6 --weights-only -o ep.h5 && ./q 'm[0].json("config")["network"]["hidden"] == 1000 and m[0].json("config")["training"]["steps"] == 2' ep.h5
 0 ~quaternet:.8.clips.*parameters,.2.steps train-vrnn --arch quaternet --batch 4 --window 6 c.h5 --steps 2 -o said-q.h5
 0 . for a in quaternet erd; do sample -q -m $a.h5 -n 8 --frames 20 -j 2 -o s-$a.h5 && sample -q -m $a.h5 -n 8 --frames 20 -j 1 -o - | cmp - s-$a.h5 && motion-info --check full s-$a.h5 || exit 9; done

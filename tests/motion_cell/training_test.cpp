@@ -157,7 +157,10 @@ double oracle(MotionCellTraining& training, const MotionDataset& set, const Trai
         }
         for (int r = 0; r < 6; ++r) {
           const double weight = r == 4 || r == 5 ? *std::max_element(alpha.begin(), alpha.end()) : config.objective.root_weight;
-          frame_loss += weight * (std::sqrt(std::pow(value(x, b, t, 4 * c.joints + r) - value(y, b, t, 4 * c.joints + r), 2) + 1e-6) - 1e-3);
+          const auto error = [&](std::int64_t frame) { return value(x, b, frame, 4 * c.joints + r) - value(y, b, frame, 4 * c.joints + r); };
+          const auto size = [](double e) { return std::sqrt(e * e + 1e-6) - 1e-3; };
+          frame_loss += weight * size(error(t));
+          if (t > 0) frame_loss += config.objective.velocity_weight * weight * size(error(t) - error(t - 1));
         }
         loss += config.reconstruction_scale * frame_loss;
       }

@@ -121,8 +121,11 @@ double oracle(const MotionDataset& set, const ObjectiveConfig& c, const Tensor& 
       }
       for (std::size_t i = 0; i < 6; ++i) {
         const std::size_t column = joints * k + i;
-        const double difference = (value(y, b, f, column) - value(batch.features, b, f, column)) / set.deviation()[column];
-        loss += (i < 4 ? c.root_weight : *std::max_element(alpha.begin(), alpha.end())) * (std::sqrt(difference * difference + 1e-6) - 1e-3);
+        const double weight = i < 4 ? c.root_weight : *std::max_element(alpha.begin(), alpha.end());
+        const auto error = [&](std::int64_t frame) { return (value(y, b, frame, column) - value(batch.features, b, frame, column)) / set.deviation()[column]; };
+        const auto size = [](double e) { return std::sqrt(e * e + 1e-6) - 1e-3; };
+        loss += weight * size(error(f));
+        if (f > 0) loss += c.velocity_weight * weight * size(error(f) - error(f - 1));
       }
       total += loss;
     }
