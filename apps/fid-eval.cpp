@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
@@ -63,6 +64,7 @@ class FidEval final : public cli::Tool {
     app.add_flag("--mean-pose", mean_pose_, "with --train: the row fid.mean_pose, the distance of the training clips frozen in the mean pose of their class: what a generator reaches that knows no motion");
     app.add_option("--by", options_.by, "an attribute: rows of its own for each of its values (energy.walking): figures of clips, variance within a class");
     app.add_option("--frames", frames_, "cut clips to at most so many frames (0: no limit)")->check(cli::whole(0, 1000000, "FRAMES"))->capture_default_str();
+    app.add_flag("--cut-anywhere", anywhere_, "cut real and training clips at a random place, not behind: for generators that were trained on windows from anywhere and begin in the midst of an action");
     app.add_option("--repeats", options_.repeats, "deal the generated clips into so many parts, each a repeat")->check(cli::whole(1, 1000, "N"))->capture_default_str();
     app.add_option("--resamples", options_.resamples, "resamples of the bootstrap (0: none)")->check(cli::whole(0, 100000, "N"))->capture_default_str();
     app.add_option("--splits", options_.splits, "parts that the inception score is averaged over")->check(cli::whole(1, 1000, "N"))->capture_default_str();
@@ -141,7 +143,7 @@ class FidEval final : public cli::Tool {
     for (Set* set : sets.all())
       for (const auto& judge : judges) evaluation::add_labels(*set, judge->attribute(), judge->classes());
     match(sets);
-    evaluation::cut_to_same_lengths(sets, static_cast<std::size_t>(frames_));
+    evaluation::cut_to_same_lengths(sets, static_cast<std::size_t>(frames_), anywhere_ ? std::optional(options_.seed) : std::nullopt);
     if (mean_pose_ && !judges.empty()) {
       sets.mean_pose = evaluation::mean_poses(*sets.train);
       if (match_) evaluation::match_classes(*sets.mean_pose, sets.real, options_.seed);
@@ -181,7 +183,7 @@ class FidEval final : public cli::Tool {
 
   std::string real_, train_, compat_ = "none", cache_, format_ = "text";
   std::vector<std::string> classifiers_;
-  bool features_ = false, match_ = false, mean_pose_ = false;
+  bool features_ = false, match_ = false, mean_pose_ = false, anywhere_ = false;
   int frames_ = 0, pca_ = 0;
   evaluation::Options options_;
 };

@@ -8,7 +8,7 @@
 #   DENOISER         a denoiser (train-denoiser) that mends all clips first; OUT/mended.tsv says what it changed (none)
 #   OUT=table2       folder for everything; the table is OUT/table.md, .tsv, .tex
 #   ATTRIBUTES       attributes to generate by and to judge by, the action first (action gender)
-#   PERIODIC OTHER   values of the first attribute: generated with 140 frames, the first 20 dropped; generated until they stand still
+#   PERIODIC OTHER   values of the first attribute: generated with 140 frames, the first 20 dropped; generated until they stand still, or OTHER_FRAMES (240)
 #   STOP             sample's options for OTHER (--stop-when-still); a motion that holds a pose needs --still-seconds above the longest hold
 #   SPLIT            motion-split's options (--by subject --ratios 150,25,25)
 #   SELECT           motion-select's options for what the models see; classifiers see all (none)
@@ -21,7 +21,7 @@
 #   JUDGING          more options of fid-eval; FID on 32 axes where test clips are few: --pca 32
 # Classifiers of the loss are trained on half A of the training sources, judges on half B with other seeds: no judge has taken part in a training.
 # Real clips lose their first 20 frames where generated ones do. Each combination is generated equally often; for the figures, samples are left out at random until combinations are
-# as frequent as among the real clips (fid-eval --match-classes).
+# as frequent as among the real clips (fid-eval --match-classes). Models are trained on windows from anywhere, so longer real clips are cut at random places (--cut-anywhere).
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
@@ -30,6 +30,7 @@ OUT ?= table2
 ATTRIBUTES ?= action gender
 PERIODIC ?= walking jogging
 OTHER ?= jumping lifting
+OTHER_FRAMES ?= 240
 STOP ?= --stop-when-still
 SPLIT ?= --by subject --ratios 150,25,25
 PRESET ?= small
@@ -67,7 +68,7 @@ $(error usage: make table2 DATA=folder LABELS=labels.tsv OUT=table2 (scripts/tab
 endif
 
 # MODELS, SEEDS and JUDGES may grow; what decides a file may not change under it.
-settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)) STEPS_$(m)=$(STEPS_$(m)))
+settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) OTHER_FRAMES=$(OTHER_FRAMES) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)) STEPS_$(m)=$(STEPS_$(m)))
 ifneq ($(wildcard $(OUT)/settings),)
   ifneq ($(strip $(settings)),$(strip $(file < $(OUT)/settings)))
     $(error $(OUT)/settings: this table was begun with other settings, expected the same or another OUT)
@@ -131,7 +132,7 @@ $(OUT)/samples-%.h5: $(OUT)/%.h5
 	n=$$(( $(SAMPLES) * $(words $(PERIODIC)) / $(words $(PERIODIC) $(OTHER)) ))
 	sample -q -m $< -n $$n $(periodic_only) --frames 140 -o - | motion-select -q - --time 0.6666: -f -o $@.periodic
 	if [ -n "$(strip $(OTHER))" ]; then
-	  sample -q -m $< -n $$(( $(SAMPLES) - n )) $(foreach v,$(OTHER),--attr $(action)=$(v)) --frames 140 $(STOP) -f -o $@.other
+	  sample -q -m $< -n $$(( $(SAMPLES) - n )) $(foreach v,$(OTHER),--attr $(action)=$(v)) --frames $(OTHER_FRAMES) $(STOP) -f -o $@.other
 	  motion-merge -q $@.periodic $@.other -f -o $@
 	else
 	  mv $@.periodic $@
@@ -140,7 +141,7 @@ $(OUT)/samples-%.h5: $(OUT)/%.h5
 
 define evaluation
 $(OUT)/figures-%-$(1).json: $(OUT)/samples-%.h5 $(OUT)/real.h5 $(OUT)/known.h5 $(foreach a,$(ATTRIBUTES),$(OUT)/judge-$(a)-$(1).h5)
-	fid-eval -q $$< --real $(OUT)/real.h5 --train $(OUT)/known.h5 $(foreach a,$(ATTRIBUTES),--classifier $(OUT)/judge-$(a)-$(1).h5) --match-classes --mean-pose --by $(action) $(JUDGING) --json > $$@
+	fid-eval -q $$< --real $(OUT)/real.h5 --train $(OUT)/known.h5 $(foreach a,$(ATTRIBUTES),--classifier $(OUT)/judge-$(a)-$(1).h5) --match-classes --cut-anywhere --mean-pose --by $(action) $(JUDGING) --json > $$@
 endef
 $(foreach j,$(JUDGES),$(eval $(call evaluation,$(j))))
 

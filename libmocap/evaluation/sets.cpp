@@ -294,15 +294,21 @@ std::string difference_of_mix(const Sets& sets) {
   return out;
 }
 
-void cut_to_same_lengths(Sets& sets, std::size_t limit) {
+void cut_to_same_lengths(Sets& sets, std::size_t limit, std::optional<std::uint64_t> anywhere) {
   const auto lengths = [](const Set& set, const Rows& rows) {
     std::vector<std::size_t> out;
     for (const std::size_t i : rows) out.push_back(set.clips[i].frames());
     return out;
   };
-  const auto shorten = [](Set& set, const Rows& rows, const std::vector<std::size_t>& to) {
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      if (to[k] < set.clips[rows[k]].frames()) set.clips[rows[k]] = cut(set.clips[rows[k]], 0, to[k]);
+  const auto shorten = [&](Set& set, const Rows& rows, const std::vector<std::size_t>& to) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      Clip& clip = set.clips[rows[k]];
+      if (to[k] >= clip.frames()) continue;
+      std::size_t first = 0;
+      // A stream for each clip of a set: where one is cut does not depend on the others.
+      if (anywhere && &set != &sets.generated) first = Random(*anywhere, 0xc0700000 + (&set == &sets.real ? 0 : 0x80000) + rows[k]).below(clip.frames() - to[k] + 1);
+      clip = cut(clip, first, to[k]);
+    }
   };
   const auto g = rows_by_label(sets.generated), r = rows_by_label(sets.real), t = sets.train ? rows_by_label(*sets.train) : std::map<std::string, Rows>{};
   for (const auto& [label, rows] : r) {

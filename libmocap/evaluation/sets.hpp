@@ -69,8 +69,9 @@ std::size_t match_classes(Set& set, const Set& like, std::uint64_t seed);
 // The class whose share differs most between generated and real clips, in words, where that is more than five in a hundred; "" otherwise, and where labels lack.
 std::string difference_of_mix(const Sets& sets);
 // Class by class (all views' labels together), so that a class of short clips is not compared with its long ones; training clips take the real clips' lengths.
-// No clip keeps more than `limit` frames (0: no limit).
-void cut_to_same_lengths(Sets& sets, std::size_t limit = 0);
+// No clip keeps more than `limit` frames (0: no limit). Clips are cut behind; with a seed real and training clips at a random place, which is how the windows lie that a
+// generator of motion without a beginning was trained on: an action whose clips begin and end at rest is not the same in its first seconds and in any.
+void cut_to_same_lengths(Sets& sets, std::size_t limit = 0, std::optional<std::uint64_t> anywhere = {});
 // The clips, each frozen in the mean pose of its class (rotations averaged over the class's frames, the root's without its turn about the vertical; root height), labels kept. A generator
 // that learned nothing but what each class looks like makes these: where the scale of a Frechet distance ends, as a floor is where it begins.
 Set mean_poses(const Set& train);
