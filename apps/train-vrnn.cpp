@@ -147,6 +147,7 @@ class TrainVrnn final : public tools::TrainingTool {
     config.shards = c.shards;
     config.seed = context.seed();
     config.objective = c.objective;
+    config.objective.root_weight = root_.value_or(0.5);
     config.gradient_limit = c.gradient_limit;
     config.learning_rate = c.learning_rate;
     config.windows = c.windows;

@@ -46,6 +46,7 @@ std::string text(Exposure exposure) {
 
 TrainingConfig TrainingConfig::preset(const std::string& name) {
   TrainingConfig c;
+  c.objective.root_weight = 0.25;
   if (name == "paper") return c;
   if (name != "small") refuse_usage("preset '" + name + "', expected paper or small");
   c.epochs = 0;

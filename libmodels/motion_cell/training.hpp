@@ -47,7 +47,7 @@ struct TrainingConfig {
   std::int64_t epochs = 1600;
   std::int64_t batch = 64;
   int shards = 2;
-  double reconstruction_scale = 4;
+  double reconstruction_scale = 8;
   objective::ObjectiveConfig objective;
   double gradient_limit = 0.1;
   train::LearningRate learning_rate;
