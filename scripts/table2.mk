@@ -16,8 +16,10 @@
 #   STEPS_erd ...    steps of one model, where models should have equal time instead
 #   SAMPLES          of each model in all (8000: the paper's 1,000 for each of 8 combinations)
 #   SEEDS JUDGES     seeds of the models (1) and of the classifiers that judge them (11 12)
-#   MODELS           motion-cell single-layer uniform-joints no-classifier quaternet erd
+#   MODELS           motion-cell single-layer uniform-joints no-classifier quaternet erd; any other name is a variant of motion-cell, for the studies beside the table:
+#                    MODELS="motion-cell matrices" OPTIONS_matrices="--representation rotation-matrix"
 #   OPTIONS OPTIONS_erd ...   more options of train-vrnn for all, or for one model
+#   TRAIN_half ...   an archive that one model is trained on instead of OUT/train.h5
 #   JUDGING          more options of fid-eval; FID on 32 axes where test clips are few: --pca 32
 # Classifiers of the loss are trained on half A of the training sources, judges on half B with other seeds: no judge has taken part in a training.
 # Real clips lose their first 20 frames where generated ones do. Each combination is generated equally often; for the figures, samples are left out at random until combinations are
@@ -68,15 +70,21 @@ $(error usage: make table2 DATA=folder LABELS=labels.tsv OUT=table2 (scripts/tab
 endif
 
 # MODELS, SEEDS and JUDGES may grow; what decides a file may not change under it.
-settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) OTHER_FRAMES=$(OTHER_FRAMES) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS) $(foreach m,motion-cell single-layer uniform-joints no-classifier quaternet erd,OPTIONS_$(m)=$(OPTIONS_$(m)) STEPS_$(m)=$(STEPS_$(m)))
-ifneq ($(wildcard $(OUT)/settings),)
-  ifneq ($(strip $(settings)),$(strip $(file < $(OUT)/settings)))
-    $(error $(OUT)/settings: this table was begun with other settings, expected the same or another OUT)
+# What concerns one model lies in a stamp of its own.
+settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) OTHER_FRAMES=$(OTHER_FRAMES) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS)
+# $(eval $(call stamp,FILE,SETTINGS,WHAT))
+define stamp
+ifneq ($$(wildcard $(1)),)
+  ifneq ($$(strip $(2)),$$(strip $$(file < $(1))))
+    $$(error $(1): this $(3) was begun with other settings, expected the same or another OUT)
   endif
-else ifeq ($(findstring n,$(firstword -$(MAKEFLAGS))),)
-  $(shell mkdir -p $(OUT))
-  $(file > $(OUT)/settings,$(settings))
+else ifeq ($$(findstring n,$$(firstword -$$(MAKEFLAGS))),)
+  $$(shell mkdir -p $(OUT))
+  $$(file > $(1),$(2))
 endif
+endef
+$(eval $(call stamp,$(OUT)/settings,$(settings),table))
+$(foreach m,$(MODELS),$(eval $(call stamp,$(OUT)/settings-$(m),OPTIONS=$(OPTIONS_$(m)) STEPS=$(STEPS_$(m)) TRAIN=$(TRAIN_$(m)),model)))
 ifeq ($(strip $(PERIODIC)),)
   $(error PERIODIC is empty, expected at least one value of $(action))
 endif
@@ -121,10 +129,11 @@ kind_uniform-joints := --ablate uniform-joints $(kind_motion-cell)
 kind_no-classifier :=
 kind_quaternet := --arch quaternet
 kind_erd := --arch erd
+kind = $(if $(filter undefined,$(origin kind_$(1))),$(kind_motion-cell),$(kind_$(1)))
 
 define model
-$(OUT)/$(1)-$(2).h5: $(OUT)/train.h5 $(OUT)/val.h5 $(if $(findstring classifier,$(kind_$(1))),$(losses))
-	train-vrnn $$< --val $(OUT)/val.h5 $(foreach a,$(ATTRIBUTES),--attribute $(a)) --preset $(PRESET) --steps $(or $(STEPS_$(1)),$(STEPS)) $(kind_$(1)) $(OPTIONS) $(OPTIONS_$(1)) --seed $(2) --resume -o $$@
+$(OUT)/$(1)-$(2).h5: $(or $(TRAIN_$(1)),$(OUT)/train.h5) $(OUT)/val.h5 $(if $(findstring classifier,$(call kind,$(1))),$(losses))
+	train-vrnn $$< --val $(OUT)/val.h5 $(foreach a,$(ATTRIBUTES),--attribute $(a)) --preset $(PRESET) --steps $(or $(STEPS_$(1)),$(STEPS)) $(call kind,$(1)) $(OPTIONS) $(OPTIONS_$(1)) --seed $(2) --resume -o $$@
 endef
 $(foreach m,$(MODELS),$(foreach s,$(SEEDS),$(eval $(call model,$(m),$(s)))))
 

@@ -37,5 +37,13 @@ make -s -f "$root/scripts/table2.mk" BIN="$bin" 2> log.txt && fail "no data was 
 grep -q 'usage: make table2' log.txt || fail "$(cat log.txt)"
 make -s -f "$root/scripts/table2.mk" BIN="$bin" DATA=corpus LABELS=corpus/labels.tsv OUT=t STEPS=9 2> log.txt && fail "other settings were taken for the same table"
 grep -q 'begun with other settings' log.txt || fail "$(cat log.txt)"
+# A variant beside the six, on clips of its own; its settings are its own too.
+motion-select -q t/train.h5 --attr gender=female -o women.h5
+variant() { table MODELS="motion-cell matrices" SEEDS=1 OPTIONS_matrices="--representation rotation-matrix" STEPS_matrices=6 "$@"; }
+variant > out.txt 2> log.txt TRAIN_matrices=t/train.h5 || { tail -5 log.txt; fail "a variant: status $?"; }
+grep -q '^| matrices |' out.txt || fail "no variant in the table: $(cat out.txt)"
+[ "$(motion-info --json t/matrices-1.h5 | grep -c rotation-matrix)" -gt 0 ] || fail "the variant's options did not reach it"
+variant 2> log.txt TRAIN_matrices=women.h5 && fail "another training file was taken for the same model"
+grep -q 'settings-matrices: this model was begun with other settings' log.txt || fail "$(cat log.txt)"
 # 20 frames of 140 are gone.
 [ "$(motion-info --json t/samples-erd-1.h5 | /usr/bin/python3 -c 'import json, sys; d = json.load(sys.stdin); print(d["frames"] <= 120 * 80 + 240 * 80, d["clips"])')" = "True 160" ] || fail "samples: $(motion-info t/samples-erd-1.h5 | head -2)"
