@@ -18,7 +18,7 @@ NAMES = {"motion-cell": "Proposed", "single-layer": "Proposed (SL)", "uniform-jo
 ORDER = ["erd", "quaternet", "single-layer", "uniform-joints", "no-classifier", "motion-cell"]  # the paper's
 # column, figure, digits
 COLUMNS = [("IS", "is", 3), ("FID test", "fid", 1), ("FID train", "fid.train", 1), ("precision", "precision", 2), ("recall", "recall", 2),
-           ("variance in a class, of real", "within_class_variance", 2), ("energy, of real", "energy", 2), ("frozen", "frozen_share", 3), ("skate m/s", "skate_mps", 3),
+           ("variance in a class, of real", "within_class_variance", 2), ("energy, of real", "energy", 2), ("jerk, of real", "jerk", 2), ("frozen", "frozen_share", 3), ("skate m/s", "skate_mps", 3),
            ("nearest training", "nearest_training", 3)]
 # The same for each value: energy and jerk are those of the joints, skate that of toes in contact.
 BY_VALUE = [("energy, of real", "energy", 2), ("variance in a class, of real", "within_class_variance", 2), ("jerk, of real", "jerk", 2), ("skate, of real", "skate_mps", 2), ("frozen", "frozen_share", 3)]
@@ -63,6 +63,9 @@ def main():
     a = parser.parse_args()
     figures = {(m, s, j): read(a.folder / f"figures-{m}-{s}-{j}.json") for m in a.models for s in a.seeds for j in a.judges}
 
+    everything = list(figures.values())
+    judged = sorted({key[:-len(".value")] for d in everything for key in d if key.startswith("accuracy.") and key.endswith(".value")})
+    columns = COLUMNS[:1] + [("accuracy, " + name.split(".", 1)[1], name, 3) for name in judged if not name.endswith(".real")] + COLUMNS[1:]
     tsv = ["model\tfigure\tvalue\tlow\thigh"]
 
     def cell(model, figure, digits, of_real=None):
@@ -78,14 +81,13 @@ def main():
         return f"{middle:.{digits}f}" + (f" [{low:.{digits}f}, {high:.{digits}f}]" if low is not None and high is not None else "")
 
     models = [m for m in ORDER if m in a.models] + [m for m in a.models if m not in ORDER]
-    rows = [[NAMES.get(m, m)] + [cell(m, figure, digits) for _, figure, digits in COLUMNS] for m in models]
+    rows = [[NAMES.get(m, m)] + [cell(m, figure, digits) for _, figure, digits in columns] for m in models]
 
     # What does not depend on the model. Real clips are cut to the generated clips' lengths, so floors differ a little from model to model: the mean.
-    everything = list(figures.values())
-    real = {"is": "is.real", "energy": None, "within_class_variance": None, "skate_mps": "skate_mps.real", "frozen_share": "frozen_share.real", "nearest_training": "nearest_training.real",
+    real = {name[:-len(".real")]: name for name in judged if name.endswith(".real")} | {"is": "is.real", "skate_mps": "skate_mps.real", "frozen_share": "frozen_share.real", "nearest_training": "nearest_training.real",
             "fid": "fid.floor_halves", "fid.train": "fid.floor_train"}
     cells = []
-    for _, figure, digits in COLUMNS:
+    for _, figure, digits in columns:
         key = real.get(figure)
         v = 1.0 if figure in OF_REAL else mean([d.get(key + ".value") for d in everything]) if key else None
         cells.append("-" if v is None else f"{v:.{digits}f}")
@@ -93,14 +95,14 @@ def main():
             tsv.append(f"real\t{figure}\t{v:.6g}\t\t")
     frozen = mean([d.get("fid.mean_pose.value") for d in everything])
     if frozen is not None:
-        rows.append(["Training clips frozen in their class's mean pose"] + [f"{frozen:.{digits}f}" if figure == "fid" else "-" for _, figure, digits in COLUMNS])
+        rows.append(["Training clips frozen in their class's mean pose"] + [f"{frozen:.{digits}f}" if figure == "fid" else "-" for _, figure, digits in columns])
         tsv.append(f"mean-pose\tfid\t{frozen:.6g}\t\t")
     rows.append(["Real data (FID: halves of test; train against test)"] + cells)
 
-    head = ["model"] + [c for c, _, _ in COLUMNS]
+    head = ["model"] + [c for c, _, _ in columns]
     spread = "smallest and largest of the seeds" if len(a.seeds) > 1 else "95 % intervals"
     note = f"{'Medians of seeds' if len(a.seeds) > 1 else 'Seed'} {', '.join(a.seeds)}, means of judges {', '.join(a.judges)}; in brackets {spread}. IS of at most {everything[0].get('is.bound.value', 0):.0f}."
-    values = sorted({key[len("energy."):-len(".value")] for d in everything for key in d if key.startswith("energy.") and key.endswith(".value") and not key.endswith(".real.value")} - {"real"})
+    values = sorted({key[len("energy."):-len(".value")] for d in everything for key in d if key.startswith("energy.") and key.endswith(".value") and not key.endswith(".real.value")} - {"real", ""})
     by = [[NAMES.get(m, m), v] + [cell(m, f"{figure}.{v}", digits, figure != "frozen_share") for _, figure, digits in BY_VALUE] for v in values for m in models]
 
     def markdown(head, rows):
@@ -109,7 +111,7 @@ def main():
     md = markdown(head, rows) + "\n" + note + "\n"
     if by:
         md += "\n" + markdown(["model", "of"] + [c for c, _, _ in BY_VALUE], by)
-    tex = ["\\begin{tabular}{l" + "r" * len(COLUMNS) + "}", "\\hline", " & ".join(head) + " \\\\", "\\hline"] + [" & ".join(r) + " \\\\" for r in rows] + ["\\hline", "\\end{tabular}", ""]
+    tex = ["\\begin{tabular}{l" + "r" * len(columns) + "}", "\\hline", " & ".join(head) + " \\\\", "\\hline"] + [" & ".join(r) + " \\\\" for r in rows] + ["\\hline", "\\end{tabular}", ""]
     (a.folder / "table.md").write_text(md)
     (a.folder / "table.tsv").write_text("\n".join(tsv) + "\n")
     (a.folder / "table.tex").write_text("\n".join(tex))

@@ -17,6 +17,8 @@ table() { make -s -f "$root/scripts/table2.mk" BIN="$bin" DATA=corpus LABELS=cor
 table > out.txt 2> log.txt || { tail -5 log.txt; fail "status $?"; }
 [ "$(grep -c '^| \(Proposed\|ERD\|QuaterNet\)' t/table.md)" = 6 ] || fail "not six models: $(cat t/table.md)"
 grep -q '^| Real data' t/table.md || fail "no row of real data"
+grep -q "^| Training clips frozen in their class's mean pose | - | - | - | [0-9]" t/table.md || fail "no row of mean poses"
+[ "$(grep -c '^| Proposed | \(walking\|jogging\|jumping\|lifting\) | [0-9]' t/table.md)" = 4 ] || fail "not four actions: $(cat t/table.md)"
 cmp -s out.txt t/table.md || fail "the table is not what was printed"
 [ "$(cut -f1 t/table.tsv | sort -u | wc -l)" = 8 ] || fail "table.tsv: $(cut -f1 t/table.tsv | sort -u)"
 cp t/table.md first.md
