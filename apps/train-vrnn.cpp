@@ -65,7 +65,7 @@ class TrainVrnn final : public tools::TrainingTool {
     app.add_option("--learning-rate", rate_, "of Adam (preset)")->check(cli::positive("RATE"));
     app.add_option("--reconstruction-scale", scale_, "weight of the reconstruction against a KL weight of 1 (preset)")->check(cli::positive("WEIGHT"));
     app.add_option("--velocity-weight", velocity_, "weight of the frame-to-frame change of rotations; 0 as in the paper (preset)")->check(cli::non_negative("WEIGHT"));
-    app.add_option("--root-weight", root_, "weight of the root's velocities, height and turning, in standard deviations, against rotations in radians times metres of reach (preset)")->check(cli::non_negative("WEIGHT"));
+    app.add_option("--root-weight", root_, "weight of the root's velocities, height and turning, in standard deviations, against rotations in radians times metres of reach (0.25; quaternet, erd 0.5)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--constraint-weight", constraint_, "weight of what keeps rotations valid: unit quaternions, orthonormal matrices (0.1)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--classifier-weight", classifier_weight_, "weight of the classifiers' loss against the reconstruction, in the end (0.03)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--cl-ramp", cl_ramp_, "progress at which the classifiers' weight starts to rise from 0 and reaches its end (0.1 0.4)")->expected(2)->check(cli::between(0, 1, "PROGRESS"));

@@ -334,7 +334,7 @@ TEST(Generator, ParameterCountOfSizes) {
   EXPECT_EQ(motion_cell::MotionCell::parameter_count(c), motion_cell::MotionCell(c, 1).parameter_count());
   c = motion_cell::MotionCellConfig::preset("small");
   EXPECT_EQ(motion_cell::MotionCell::parameter_count(c), motion_cell::MotionCell(c, 1).parameter_count());
-  c.joints = 7, c.rotation_values = 9, c.word_length = 2, c.control = 5, c.attribute_classes = {3};
+  c.joints = 7, c.rotation_values = 9, c.word_length = 2, c.overlap = 1, c.control = 5, c.attribute_classes = {3};
   EXPECT_EQ(motion_cell::MotionCell::parameter_count(c), motion_cell::MotionCell(c, 1).parameter_count());
 }
 
