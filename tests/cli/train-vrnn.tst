@@ -86,14 +86,14 @@
 2 ~expected.one.of ./t c.h5 --ablate everything -o x.h5
 
 # words that overlap: three frames in the preset small, none in the paper's and without words
-0 true ./t c.h5 --steps 4 --overlap 0 -o apart.h5 && ./t c.h5 --steps 4 --preset paper --batch 4 -o paper.h5 && ./q '[x.json("config")["network"]["overlap"] for x in m] == [3, 0, 0, 0]' plain.h5 apart.h5 paper.h5 sl.h5
+0 true ./t c.h5 --steps 4 --overlap 0 -o apart.h5 && ./t c.h5 --steps 4 --preset paper -o paper.h5 && ./q '[x.json("config")["network"]["overlap"] for x in m] == [3, 0, 0, 0]' plain.h5 apart.h5 paper.h5 sl.h5
 0 . sample -q -m apart.h5 -n 2 --frames 10 -f -o s.h5 && motion-info --check full s.h5 > info
 2 ~--overlap.with.--ablate.single-layer ./t c.h5 --ablate single-layer --overlap 1 -o x.h5
 2 ~whole.number ./t c.h5 --overlap 4 -o x.h5
 2 ~--overlap.with.--arch.erd ./t c.h5 --arch erd --overlap 1 -o x.h5
 
 # remedies for exposure bias
-0 true for e in none noise joint-dropout; do ./t c.h5 --steps 8 --exposure $e --exposure-ramp 0 0.1 -o e-$e.h5; done; ./t c.h5 --steps 8 --exposure-ramp 0 0.1 -o e-own.h5; ./q 'len({json.dumps([v.tolist() for v in x.weights().values()]) for x in m}) == 4 and [x.json("config")["training"]["exposure"] for x in m] == ["none", "noise", "joint-dropout", "own-output"]' e-none.h5 e-noise.h5 e-joint-dropout.h5 e-own.h5
+0 true ./t c.h5 --steps 8 --exposure none -o e-none.h5; for e in noise joint-dropout; do ./t c.h5 --steps 8 --exposure $e --exposure-ramp 0 0.1 -o e-$e.h5; done; ./t c.h5 --steps 8 --exposure-ramp 0 0.1 -o e-own.h5; ./q 'len({json.dumps([v.tolist() for v in x.weights().values()]) for x in m}) == 4 and [x.json("config")["training"]["exposure"] for x in m] == ["none", "noise", "joint-dropout", "own-output"]' e-none.h5 e-noise.h5 e-joint-dropout.h5 e-own.h5
 0 true ./t c.h5 --steps 4 --exposure noise --noise-deviation 0.2 --exposure-ramp 0.2 0.3 -o n.h5 && ./q 'm[0].json("config")["training"]["noise"] == {"begin": 0.2, "end": 0.3, "from": 0, "to": 0.2}' n.h5
 0 true ./t c.h5 --steps 4 --exposure joint-dropout --dropout-rate 0.5 -o n.h5 -f && ./q 'm[0].json("config")["training"]["joint_dropout"]["to"] == 0.5' n.h5
 2 ~--noise-deviation.with.--exposure.own-output,.expected.--exposure.noise ./t c.h5 --noise-deviation 0.1 -o x.h5
