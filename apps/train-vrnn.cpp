@@ -64,7 +64,7 @@ class TrainVrnn final : public tools::TrainingTool {
     app.add_option("--window", window_, "frames of a training window, instead of the preset's growing ones; the Motion Cell's are cut to whole words")->check(cli::whole(3, 100000, "FRAMES"));
     app.add_option("--learning-rate", rate_, "of Adam (preset)")->check(cli::positive("RATE"));
     app.add_option("--reconstruction-scale", scale_, "weight of the reconstruction against a KL weight of 1 (preset)")->check(cli::positive("WEIGHT"));
-    app.add_option("--velocity-weight", velocity_, "weight of the frame-to-frame change of rotations; 0 as in the paper (preset)")->check(cli::non_negative("WEIGHT"));
+    app.add_option("--velocity-weight", velocity_, "weight of the frame-to-frame change of rotations and root values; 0 as in the paper (preset)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--root-weight", root_, "weight of the root's velocities, height and turning, in standard deviations, against rotations in radians times metres of reach (0.25; quaternet, erd 0.5)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--constraint-weight", constraint_, "weight of what keeps rotations valid: unit quaternions, orthonormal matrices (0.1)")->check(cli::non_negative("WEIGHT"));
     app.add_option("--classifier-weight", classifier_weight_, "weight of the classifiers' loss against the reconstruction, in the end (0.03)")->check(cli::non_negative("WEIGHT"));
@@ -147,7 +147,7 @@ class TrainVrnn final : public tools::TrainingTool {
     config.shards = c.shards;
     config.seed = context.seed();
     config.objective = c.objective;
-    config.objective.root_weight = root_.value_or(0.5);
+    config.objective.root_weight = root_.value_or(objective::ObjectiveConfig{}.root_weight);  // the preset's is tuned for the Motion Cell
     config.gradient_limit = c.gradient_limit;
     config.learning_rate = c.learning_rate;
     config.windows = c.windows;
