@@ -61,7 +61,7 @@ class FidEval final : public cli::Tool {
     app.add_option("--classifier", classifiers_, "classifier of one attribute, trained on other clips (repeatable; none: only the figures that need none)")->check(cli::path());
     app.add_flag("--features", features_, "inputs are npz files: features [N,d] and, as far as there, posteriors [N,C], labels [N], classes [C]; or tables with columns f0, f1, ...");
     app.add_flag("--match-classes", match_, "leave out generated clips at random until their classes are as frequent as the real ones': to FID a difference of mix is one of motion");
-    app.add_flag("--mean-pose", mean_pose_, "with --train: the row fid.mean_pose, the distance of the training clips frozen in the mean pose of their class: what a generator reaches that knows no motion");
+    app.add_flag("--mean-pose", mean_pose_, "with --train and --classifier: the row fid.mean_pose, the distance of the training clips frozen in the mean pose of their class: what a generator reaches that knows no motion");
     app.add_option("--by", options_.by, "an attribute: rows of its own for each of its values (energy.walking): figures of clips, variance within a class");
     app.add_option("--frames", frames_, "cut clips to at most so many frames (0: no limit)")->check(cli::whole(0, 1000000, "FRAMES"))->capture_default_str();
     app.add_flag("--cut-anywhere", anywhere_, "cut real and training clips at a random place, not behind: for generators that were trained on windows from anywhere and begin in the midst of an action");
@@ -87,7 +87,7 @@ class FidEval final : public cli::Tool {
     if (pca_ > 0 && train_.empty()) refuse_usage("--pca without --train, expected the training clips that the axes are fitted on");
     const cli::InputFile& input = context.inputs().at(0);
     if (mean_pose_ && train_.empty()) refuse_usage("--mean-pose without --train, expected the training clips whose mean poses are meant");
-    if (mean_pose_ && features_) refuse_usage("--mean-pose with --features, expected clips");
+    if (mean_pose_ && classifiers_.empty()) refuse_usage("--mean-pose without --classifier, expected one: the distance lies in what classifiers see");
     if ((input.path == "-") + (real_ == "-") + (train_ == "-") > 1) refuse_usage("standard input given twice, expected '-' once");
     Sets sets = features_ ? read_features(input.path) : judged_clips(input);
     if (pca_ > 0) {
@@ -144,7 +144,7 @@ class FidEval final : public cli::Tool {
       for (const auto& judge : judges) evaluation::add_labels(*set, judge->attribute(), judge->classes());
     match(sets);
     evaluation::cut_to_same_lengths(sets, static_cast<std::size_t>(frames_), anywhere_ ? std::optional(options_.seed) : std::nullopt);
-    if (mean_pose_ && !judges.empty()) {
+    if (mean_pose_) {
       sets.mean_pose = evaluation::mean_poses(*sets.train);
       if (match_) evaluation::match_classes(*sets.mean_pose, sets.real, options_.seed);
     }

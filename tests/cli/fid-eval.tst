@@ -154,7 +154,8 @@
 3 ~walks\.h5:.no.clips.of fid-eval walks.h5 --real r.h5 --classifier a.h5 --pca 4 --train t.h5 --match-classes
 2 ~--match-classes.with.statistics fid-eval x.npz --features --real stats.npz --match-classes
 2 ~--mean-pose.without.--train fid-eval g.h5 --real r.h5 --classifier a.h5 --mean-pose
-2 ~--mean-pose.with.--features fid-eval x.npz --features --real y.npz --train t.npz --mean-pose
+2 ~--mean-pose.without.--classifier fid-eval g.h5 --real r.h5 --train t.h5 --mean-pose
+2 ~--mean-pose.without.--classifier fid-eval x.npz --features --real y.npz --train t.npz --mean-pose
 2 ~figures.by.gender fid-eval g.h5 --real r.h5 --classifier a.h5 --pca 4 --train t.h5 --by gender
 0 . fid-eval g.h5 --real r.h5 --frames 20 --json > behind.json; fid-eval g.h5 --real r.h5 --frames 20 --cut-anywhere --json > any.json; fid-eval g.h5 --real r.h5 --frames 20 --cut-anywhere --seed 2 --json > other.json
 0 true ./q 'v("energy") == json.load(open("any.json"))["energy.value"] and len({json.load(open(f + ".json"))["energy.real.value"] for f in ("behind", "any", "other")}) == 3 and json.load(open("any.json"))["energy.real.value"] > 1.1 * v("energy.real")' < behind.json
