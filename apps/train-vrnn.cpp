@@ -29,7 +29,7 @@ class TrainVrnn final : public tools::TrainingTool {
   std::vector<cli::Example> examples() const override {
     return {{"train-vrnn train.h5 --preset small --val val.h5 -o model.h5", "minutes on two cores"},
             {"train-vrnn train.h5 --preset paper --resume -o model.h5", "the paper's size; the same line starts and continues it"},
-            {"train-vrnn train.h5 --arch quaternet --own-output-rate 0.9 -o quaternet.h5", "a deterministic baseline: same batches, steps and loss"},
+            {"train-vrnn train.h5 --arch quaternet --own-output-rate 0.75 -o quaternet.h5", "a deterministic baseline: same batches, steps and loss"},
             {"train-vrnn train.h5 --preset small --steps 9000 --attribute action -o model.h5", "longer, and conditioned on one attribute alone"},
             {"train-vrnn train.h5 --classifier action-a.h5 --classifier gender-a.h5 -o model.h5", "with the classifiers' loss"},
             {"train-vrnn train.h5 --representation rotation-matrix -o model.h5", "rotation matrices, compared by the angle between them"},
@@ -73,7 +73,7 @@ class TrainVrnn final : public tools::TrainingTool {
     app.add_option("--exposure-ramp,--own-output", exposure_ramp_, "progress at which the remedy for exposure bias starts to grow from nothing and reaches its end (0.1 0.6)")
         ->expected(2)
         ->check(cli::between(0, 1, "PROGRESS"));
-    app.add_option("--own-output-rate", own_output_rate_, "share of input words replaced by the model's own in the end, with --exposure own-output (1; quaternet 0.75, erd 0.5)")->check(cli::between(0, 1, "SHARE"));
+    app.add_option("--own-output-rate", own_output_rate_, "share of input words replaced by the model's own in the end, with --exposure own-output (1; erd 0.5)")->check(cli::between(0, 1, "SHARE"));
     app.add_option("--noise-deviation", noise_, "of the noise on standardised features in the end, with --exposure noise (0.05)")->check(cli::non_negative("DEVIATION"));
     app.add_option("--dropout-rate", dropout_, "share of input joints left out in the end, with --exposure joint-dropout (0.1)")->check(cli::between(0, 1, "SHARE"));
     app.add_option("--overlap", overlap_, "frames of the next word that each word's decoder writes too, faded into it; 0 as in the paper (preset)")->check(cli::whole(0, 3, "FRAMES"));

@@ -501,8 +501,8 @@ TEST(BaselineTraining, Schedules) {
   BaselineTraining quaternet(small_network(Arch::quaternet), tiny_training(Arch::quaternet, 100), *data().train, nullptr);
   EXPECT_EQ(term(quaternet, 99, "input_noise"), 0);
   EXPECT_EQ(term(quaternet, 10, "own_output"), 0);
-  EXPECT_NEAR(term(quaternet, 35, "own_output"), 0.375, 1e-12);
-  EXPECT_NEAR(term(quaternet, 80, "own_output"), 0.75, 1e-12);
+  EXPECT_NEAR(term(quaternet, 35, "own_output"), 0.5, 1e-12);
+  EXPECT_NEAR(term(quaternet, 80, "own_output"), 1, 1e-12);
   EXPECT_EQ(quaternet.steps_per_epoch(), 1);
 }
 

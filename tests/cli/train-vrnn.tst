@@ -208,7 +208,7 @@
 # the deterministic baselines: the same bytes for any thread count, samples, resume
 # setup: printf '#!/bin/sh\nexec train-vrnn -q c.h5 --batch 4 --window 6 "$@"\n' > b; chmod +x b
 0 . for a in quaternet erd; do ./b --arch $a --steps 6 -j 2 -o $a.h5 && ./b --arch $a --steps 6 -j 1 -o tmp/$a.h5 && cmp $a.h5 tmp/$a.h5 && cmp $a.h5.log.tsv tmp/$a.h5.log.tsv || exit 9; done
-0 true ./q '[m[i].f.attrs["kind"] in (k, k.encode()) for i, k in enumerate(["quaternet", "erd"])] == [True, True] and [(t["own_output"]["to"], t["input_noise"]["ramp"]["to"], t["objective"]["velocity_weight"]) for t in [x.json("config")["training"] for x in m]] == [(0.75, 0, 0.7), (0.5, 0.2, 0.7)]' quaternet.h5 erd.h5
+0 true ./q '[m[i].f.attrs["kind"] in (k, k.encode()) for i, k in enumerate(["quaternet", "erd"])] == [True, True] and [(t["own_output"]["to"], t["input_noise"]["ramp"]["to"], t["objective"]["velocity_weight"]) for t in [x.json("config")["training"] for x in m]] == [(1, 0, 0.7), (0.5, 0.2, 0.7)]' quaternet.h5 erd.h5
 0 ~own_output.input_noise.validation_loss head -1 erd.h5.log.tsv
 0 ~erd motion-info erd.h5
 0 . motion-info --check full quaternet.h5
