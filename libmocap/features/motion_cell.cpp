@@ -4,16 +4,10 @@
 #include <cmath>
 
 #include "libmocap/base/error.hpp"
+#include "libmocap/features/continuous_log.hpp"
 
 namespace mocap::features {
 namespace {
-
-// Rotation vector of a quaternion without choosing the nearer half: continuous where the quaternion is.
-Vector3 continuous_log(const Quaternion& q) {
-  const double n = q.vec().norm();
-  if (n < 1e-9) return 2 * q.vec() / (q.w() < 0 ? -1.0 : 1.0);
-  return 2 * std::atan2(n, q.w()) / n * q.vec();
-}
 
 void write_rotation(const Quaternion& q, RotationRepresentation r, double* out) {
   switch (r) {
