@@ -127,7 +127,7 @@ class Scan {
 
   void lstm(const Tensor& d, View<const T> x, int in, View<const T> h, variable_list& out) const {
     const Tensor dw_ih = buffer(4 * H, in), dw_hh = buffer(4 * H, H), db = at::empty({4 * H}, d.options());
-    nn::lstm_weight_gradients<T>(R, H, in, d.data_ptr<T>(), x, h, dw_ih.data_ptr<T>(), dw_hh.data_ptr<T>(), db.data_ptr<T>());
+    nn::lstm_weight_gradients<T>(R, H, in, H, d.data_ptr<T>(), x, h, dw_ih.data_ptr<T>(), dw_hh.data_ptr<T>(), db.data_ptr<T>());
     for (const Tensor& t : {dw_ih, dw_hh, db}) out.push_back(t);
   }
 
