@@ -13,8 +13,9 @@ Adam::Adam(NamedTensors parameters, Options options) : parameters_(std::move(par
   }
 }
 
-void Adam::step(const std::vector<torch::Tensor>& gradients, double learning_rate) {
+void Adam::step(const std::vector<torch::Tensor>& gradients, double learning_rate, std::size_t first) {
   const torch::NoGradGuard no_grad;
+  if (first != 0 || gradients.size() != parameters_.size()) throw Error(Exit::internal, {}, "Adam: a part of the parameters, expected all");
   ++steps_;
   const double correction1 = 1 - std::pow(options_.beta1, static_cast<double>(steps_));
   const double correction2 = 1 - std::pow(options_.beta2, static_cast<double>(steps_));
@@ -36,28 +37,11 @@ std::map<std::string, torch::Tensor> Adam::state() const {
 }
 
 void Adam::set_state(const std::map<std::string, torch::Tensor>& state, std::int64_t steps) {
-  const torch::NoGradGuard no_grad;
-  for (std::size_t i = 0; i < parameters_.size(); ++i)
-    for (auto [suffix, target] : {std::pair{"/m", &m_[i]}, std::pair{"/v", &v_[i]}}) {
-      const auto it = state.find(parameters_[i].first + suffix);
-      if (it == state.end() || it->second.sizes() != target->sizes())
-        refuse({{}, 0, "training/" + parameters_[i].first + suffix}, "missing or of another shape, expected the optimizer's state");
-      target->copy_(it->second);
-    }
-  steps_ = steps;
-}
-
-double clip_gradients(std::vector<torch::Tensor>& gradients, double limit) {
-  const torch::NoGradGuard no_grad;
-  double sum = 0;
-  for (const auto& g : gradients) {
-    const double n = g.norm().item<double>();
-    sum += n * n;
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    restore(state, parameters_[i].first + "/m", m_[i]);
+    restore(state, parameters_[i].first + "/v", v_[i]);
   }
-  const double norm = std::sqrt(sum);
-  if (norm > limit)
-    for (auto& g : gradients) g = g * (limit / norm);  // not in place: gradients may share memory, also with themselves (expand)
-  return norm;
+  steps_ = steps;
 }
 
 }  // namespace mocap::train

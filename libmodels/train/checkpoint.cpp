@@ -26,21 +26,22 @@ void Checkpoints::remove() const {
   for (const int which : {1, 2}) ::unlink(path(which).c_str());
 }
 
-store::ModelFile assemble(Trainable& model, const Adam* adam, const Json& state) {
+store::ModelFile assemble(Trainable& model, const Optimizer* optimizer, const Json& state) {
   store::ModelFile file = model.describe();
-  file.weights = to_stored(model.parameters());
-  if (adam) {
+  for (auto& [name, tensor] : to_stored(model.parameters())) file.weights[name] = std::move(tensor);  // beside constants that belong to the model
+  if (optimizer) {
     file.has_training = true;
-    for (const auto& [name, tensor] : adam->state()) file.training_tensors[name] = to_stored(tensor);
+    for (const auto& [name, tensor] : optimizer->state()) file.training_tensors[name] = to_stored(tensor);
+    for (const auto& [name, tensor] : model.memory()) file.training_tensors[name] = to_stored(tensor);
     file.training_state = state.dump();
   }
   return file;
 }
 
-void Checkpoints::write(Trainable& model, const Adam& adam, Json state) {
+void Checkpoints::write(Trainable& model, const Optimizer& optimizer, Json state) {
   const std::string target = last_ == path(1) ? path(2) : path(1);
   state["identity"] = Json::parse(model.identity());
-  store::write_model(target, Overwrite::allow, assemble(model, &adam, state));
+  store::write_model(target, Overwrite::allow, assemble(model, &optimizer, state));
   last_ = target;
 }
 
@@ -66,7 +67,7 @@ void require_same_identity(const std::string& now, const std::string& before, co
                   "train under another output name, or with -f instead of --resume to start over");
 }
 
-std::optional<Checkpoints::Restored> Checkpoints::restore(Trainable& model, Adam& adam) {
+std::optional<Checkpoints::Restored> Checkpoints::restore(Trainable& model, Optimizer& optimizer) {
   std::optional<store::ModelFile> newest;
   Restored restored;
   std::optional<Error> damage;
@@ -89,11 +90,13 @@ std::optional<Checkpoints::Restored> Checkpoints::restore(Trainable& model, Adam
     return std::nullopt;
   }
   require_same_identity(model.identity(), restored.state["identity"].dump(), restored.path);
+  for (const auto& [name, constant] : model.describe().weights) newest->weights.erase(name);
   load_weights(model.parameters(), newest->weights, restored.path);
   std::map<std::string, torch::Tensor> state;
   for (const auto& [name, tensor] : newest->training_tensors) state[name] = from_stored(tensor);
   try {
-    adam.set_state(state, restored.state["step"].get<std::int64_t>());
+    optimizer.set_state(state, restored.state["step"].get<std::int64_t>());
+    for (auto& [name, tensor] : model.memory()) train::restore(state, name, tensor);
   } catch (const Error& e) {
     throw e.in_file(restored.path);
   }

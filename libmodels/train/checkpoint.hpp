@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "libmodels/train/adam.hpp"
+#include "libmodels/train/optimizer.hpp"
 #include "libmodels/train/trainable.hpp"
 
 namespace mocap::train {
@@ -23,18 +23,18 @@ class Checkpoints {
   std::string path(int which) const;  // 1 or 2
 
   // Over the older of the two; atomic, so that at any moment one complete checkpoint exists once one was written.
-  void write(Trainable& model, const Adam& adam, nlohmann::json state);
-  // Weights and optimizer from the newest readable one; nullopt where there is none. Error(data) where files exist but
+  void write(Trainable& model, const Optimizer& optimizer, nlohmann::json state);
+  // Weights, optimizer and the model's memory from the newest readable one; nullopt where there is none. Error(data) where files exist but
   // none can be read; Error(usage) where the identity differs.
-  std::optional<Restored> restore(Trainable& model, Adam& adam);
+  std::optional<Restored> restore(Trainable& model, Optimizer& optimizer);
   const std::string& last() const { return last_; }  // path of the newest, "" before the first
 
  private:
   std::string output_, last_;
 };
 
-// Model with weights, and the training state where `adam` is given.
-store::ModelFile assemble(Trainable& model, const Adam* adam, const nlohmann::json& state);
+// Model with weights, and the training state where `optimizer` is given.
+store::ModelFile assemble(Trainable& model, const Optimizer* optimizer, const nlohmann::json& state);
 
 // The JSON state of a model that holds one; Error(data) for what is none.
 nlohmann::json training_state_of(const store::ModelFile& model, const std::string& file);

@@ -66,10 +66,10 @@ LoopResult run(Trainable& model, const LoopOptions& options, const std::function
   const NamedTensors named = model.parameters();
   std::vector<torch::Tensor> parameters;
   for (const auto& [name, tensor] : named) parameters.push_back(tensor);
-  Adam adam(named);
+  const auto optimizer = model.optimizer();
   std::int64_t step = 0;
   if (options.resume)
-    if (const auto restored = checkpoints.restore(model, adam)) {
+    if (const auto restored = checkpoints.restore(model, *optimizer)) {
       step = restored->state.at("step").get<std::int64_t>();
       log::info("continuing from {} at step {} of {}", restored->path, step, steps);
     }
@@ -78,7 +78,7 @@ LoopResult run(Trainable& model, const LoopOptions& options, const std::function
   const auto state = [&] { return Json{{"step", step}}; };
   const auto checkpoint = [&] {
     log_file.flush();
-    checkpoints.write(model, adam, state());
+    checkpoints.write(model, *optimizer, state());
   };
 
   const std::int64_t begin = step;
@@ -92,7 +92,9 @@ LoopResult run(Trainable& model, const LoopOptions& options, const std::function
     }
     model.prepare(step);
     std::vector<LossTerms> terms(static_cast<std::size_t>(model.shards()));
-    auto gradient = sharded.compute(parameters, [&](int shard) {
+    const auto [first, count] = model.trained();
+    const std::vector<torch::Tensor> trained(parameters.begin() + static_cast<std::ptrdiff_t>(first), parameters.begin() + static_cast<std::ptrdiff_t>(first + count));
+    auto gradient = sharded.compute(trained, [&](int shard) {
       nn::ShardedGradient::Share share;
       LossTerms& mine = terms[static_cast<std::size_t>(shard)];
       share.loss = model.shard_loss(shard, mine);
@@ -101,12 +103,14 @@ LoopResult run(Trainable& model, const LoopOptions& options, const std::function
     });
     LossTerms sums = terms[0];
     for (std::size_t i = 0; i < sums.size(); ++i) sums[i].second = gradient.figures[i];
+    if (std::isfinite(model.entry_limit())) clip_entries(gradient.gradients, model.entry_limit());
     const double norm = clip_gradients(gradient.gradients, model.gradient_limit());
     if (!std::isfinite(gradient.loss) || !std::isfinite(norm))
       throw Error(Exit::data, {options.output, 0, {}}, fmt::format("the training diverged at step {}: {} is not finite", step + 1, culprit(sums, gradient.loss)),
                   checkpoints.last().empty() ? "no checkpoint was written yet; try a smaller --learning-rate" : "last good checkpoint: " + checkpoints.last());
     const double rate = model.learning_rate(step);
-    adam.step(gradient.gradients, rate);
+    optimizer->step(gradient.gradients, rate, first);
+    model.updated(sums);
     ++step;
 
     std::optional<double> validation;
@@ -125,7 +129,7 @@ LoopResult run(Trainable& model, const LoopOptions& options, const std::function
   log_file.flush();
   Json final_state = state();
   final_state["identity"] = Json::parse(model.identity());
-  store::ModelFile file = assemble(model, options.weights_only ? nullptr : &adam, final_state);
+  store::ModelFile file = assemble(model, options.weights_only ? nullptr : optimizer.get(), final_state);
   file.history = options.history;
   store::write_model(options.output, options.overwrite, file);
   checkpoints.remove();

@@ -1,4 +1,4 @@
-// The one training loop: data-parallel shards, Adam, gradient clipping, two checkpoints, bit-exact resume, log, signals.
+// The one training loop: data-parallel shards, the optimiser, gradient clipping, two checkpoints, bit-exact resume, log, signals.
 #pragma once
 #include <functional>
 #include <string>

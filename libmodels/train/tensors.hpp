@@ -7,7 +7,7 @@
 #include <string>
 
 #include "libmocap/store/model_file.hpp"
-#include "libmodels/train/adam.hpp"
+#include "libmodels/train/optimizer.hpp"
 
 namespace mocap::train {
 

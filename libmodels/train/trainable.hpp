@@ -2,13 +2,15 @@
 #pragma once
 #include <torch/torch.h>
 
+#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "libmocap/store/model_file.hpp"
-#include "libmodels/train/adam.hpp"
+#include "libmodels/train/optimizer.hpp"
 
 namespace mocap::train {
 
@@ -29,7 +31,9 @@ class Trainable {
   virtual std::int64_t steps() const = 0;
   virtual std::int64_t steps_per_epoch() const = 0;
   virtual double learning_rate(std::int64_t step) const = 0;
-  virtual double gradient_limit() const = 0;
+  virtual double gradient_limit() const { return std::numeric_limits<double>::infinity(); }  // of the joint norm
+  virtual double entry_limit() const { return std::numeric_limits<double>::infinity(); }     // of each derivative, before the norm is taken
+  virtual std::unique_ptr<Optimizer> optimizer();  // of all parameters; Adam unless a model says otherwise
   virtual int shards() const = 0;
 
   // Draws the batch of a step and cuts it into shards. Called on one thread before the shards run.
@@ -37,6 +41,13 @@ class Trainable {
   // The loss of one shard; the sum over shards is the loss of the batch. Called on worker threads, one shard each. Appends
   // the shard's part of every term worth logging; parts add up as well.
   virtual torch::Tensor shard_loss(int shard, LossTerms& terms) = 0;
+
+  // A model of several networks trains them in turns: which parameters [first, first + count) the prepared step updates.
+  virtual std::pair<std::size_t, std::size_t> trained() { return {0, parameters().size()}; }
+  // After the update of a prepared step, on one thread.
+  virtual void updated(const LossTerms& /*terms*/) {}
+  // What else the next step depends on (a history, a count): kept in checkpoints under these names and restored in place.
+  virtual NamedTensors memory() { return {}; }
 
   // Loss on held-out data, with fixed noise; nullopt without any.
   virtual std::optional<double> validation_loss() { return std::nullopt; }
