@@ -33,9 +33,10 @@ class Sample final : public cli::Tool {
             {"sample -m model.h5 -n 10 --attr action=walking --attr gender=female --frames 600 -o walks.h5", "ten long walks"},
             {"sample -m model.h5 -n 8 --schedule walk-jog-walk.tsv -o changes.h5", "attributes that change at the table's times"},
             {"sample -m model.h5 -n 40 --attr action=lifting --frames 300 --stop-when-still -o lifts.h5", "each ends when it has come to rest"},
+            {"sample -m lstm.h5 --init walk.h5 --frames 9000 -o long.h5", "five minutes from the first frame of a clip (train-lstm)"},
             {"sample -m model.h5 -n 8 -o - | render - -o strips.png", "straight to a picture"}};
   }
-  std::vector<std::string> references() const override { return {"Ghorbani et al. 2020, sections 3.3.2 and 5.1, Algorithm 2"}; }
+  std::vector<std::string> references() const override { return {"Ghorbani et al. 2020, sections 3.3.2 and 5.1, Algorithm 2", "Wang, Chai, Xia 2018, sections 4.1.4, 5.1 and 5.4"}; }
   cli::Traits traits() const override {
     cli::Traits t;
     t.inputs = cli::Inputs::none;
@@ -56,7 +57,11 @@ class Sample final : public cli::Tool {
     CLI::Option* stop = app.add_flag("--stop-when-still", stop_, "end each motion where it comes to rest after having moved");
     app.add_option("--still-speed", stillness_.speed, "with --stop-when-still: impact-weighted joint speed under which a step is still, rad m/s")->needs(stop)->check(cli::positive("SPEED"))->capture_default_str();
     app.add_option("--still-seconds", stillness_.seconds, "with --stop-when-still: how long all steps have to be still; a quarter of a second of it is kept")->needs(stop)->check(cli::positive("SECONDS"))->capture_default_str();
-    app.add_option("--noise-scale", noise_scale_, "factor on the latent noise: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
+    app.add_option("--init", init_, "archive whose clips' first frames to start from, in turn (lstm-gmm; default: frames of its training data)")->check(cli::path("ARCHIVE"));
+    app.add_option("--init-state", init_state_, "the network's hidden state before the first frame: found from the first two frames by gradient descent, or zero, which makes the second frame jump (lstm-gmm)")
+        ->check(cli::one_of({"estimate", "zero"}))->capture_default_str();
+    app.add_option("--network-noise", network_noise_, "deviation of noise on the network's standardised input (lstm-gmm)")->check(cli::non_negative("DEVIATION"))->capture_default_str();
+    app.add_option("--noise-scale", noise_scale_, "factor on the latent noise, or on the spread of a mixture: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
   }
 
   Exit run(cli::Context& context) override {
@@ -65,6 +70,24 @@ class Sample final : public cli::Tool {
     const store::ModelFile model = store::read_model(model_, &digest);
     const auto generator = generators::make_generator(model, model_);
     std::vector<HistoryInput> inputs = {{model_ == "-" ? "<stdin>" : model_.substr(model_.rfind('/') + 1), digest}};
+    generators::SampleSettings settings;
+    settings.seed = context.seed();
+    settings.threads = context.threads();
+    settings.noise_scale = noise_scale_;
+    if (!generator->starts_from_frames() && (!init_.empty() || init_state_ != "estimate" || network_noise_ > 0))
+      refuse_usage("--init, --init-state and --network-noise, expected a generator that starts from frames (lstm-gmm); " + model_ + " holds a model of kind " + generator->kind());
+    if (!init_.empty()) {
+      if (init_ == "-" && model_ == "-") refuse_usage("-m - and --init -: expected one of them to be a file");
+      const store::ArchiveReader reader(init_, store::Caching::in_order);
+      inputs.push_back({init_ == "-" ? "<stdin>" : init_.substr(init_.rfind('/') + 1), reader.file_sha256()});
+      for (std::size_t i = 0; i < reader.size() && settings.init.size() < static_cast<std::size_t>(count_.value_or(1)); ++i) {
+        Clip clip = reader.read(i);
+        settings.init.push_back(clip.frames() > 2 ? cut(clip, 0, 2) : std::move(clip));
+      }
+      if (settings.init.empty()) refuse({init_, 0, {}}, "0 clips, expected at least one to start from");
+    }
+    settings.estimate_state = init_state_ == "estimate";
+    settings.network_noise = network_noise_;
     std::vector<Plan> plans;
     if (schedule_.empty()) {
       for (auto& attributes : chosen_combinations(*generator, {})) plans.push_back({{}, std::move(attributes), {}, frames_.value_or(generator->default_frames())});
@@ -81,15 +104,11 @@ class Sample final : public cli::Tool {
     store::ArchiveHeader header;
     header.skeleton = generator->skeleton();
     header.frame_rate_hz = generator->frame_rate_hz();
-    header.contacts_rule = generator->contacts_rule().starts_with("preset:") ? generator->contacts_rule() : "";
+    header.contacts_rule = generator->contacts_rule().starts_with("preset:") || generator->contacts_rule() == "model" ? generator->contacts_rule() : "";
     header.history = model.history;
     header.history.push_back(context.history_entry(std::move(inputs)));
     store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
 
-    generators::SampleSettings settings;
-    settings.seed = context.seed();
-    settings.threads = context.threads();
-    settings.noise_scale = noise_scale_;
     const int digits = static_cast<int>(std::to_string(count - 1).size());
     std::int64_t stopped = 0;
     // Bounded memory: about a million frames at a time, or one motion where it alone has more.
@@ -104,13 +123,21 @@ class Sample final : public cli::Tool {
           for (const auto& [key, value] : order.attributes) order.name += value + "-";
         else
           order.name = plan.name + "-";
+        if (order.name.empty()) order.name = "motion-";  // of a model without attributes
         order.name += fmt::format("{:0{}}", i, digits);
         order.frames = plan.frames;
         order.stream = static_cast<std::uint64_t>(i);
         order.schedule = plan.changes;
         orders.push_back(std::move(order));
       }
-      for (const Clip& clip : generator->sample(orders, settings)) {
+      std::vector<Clip> made;
+      try {
+        made = generator->sample(orders, settings);
+      } catch (const Error& e) {
+        if (settings.init.empty()) throw;
+        throw e.in_file(init_ == "-" ? "<stdin>" : init_);
+      }
+      for (const Clip& clip : made) {
         const std::size_t kept = stop_ ? metrics::frames_until_still(clip, stillness_) : clip.frames();
         if (kept == clip.frames()) {
           writer.add(clip);
@@ -206,6 +233,7 @@ class Sample final : public cli::Tool {
     return list;
   }
   static std::string listed(const std::map<std::string, std::vector<std::string>>& vocabulary) {
+    if (vocabulary.empty()) return "none: it was trained without attributes";
     std::vector<std::string> names;
     for (const auto& [name, values] : vocabulary) names.push_back(name);
     return listed(names);
@@ -251,7 +279,8 @@ class Sample final : public cli::Tool {
     return all;
   }
 
-  std::string model_, schedule_;
+  std::string model_, schedule_, init_, init_state_ = "estimate";
+  double network_noise_ = 0;
   std::optional<std::int64_t> count_, frames_;
   std::size_t schedules_ = 1;
   bool stop_ = false;

@@ -2,6 +2,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmodels/generators/baseline_generator.hpp"
+#include "libmodels/generators/lstm_gmm_generator.hpp"
 #include "libmodels/generators/motion_cell_generator.hpp"
 
 namespace mocap::generators {
@@ -12,7 +13,7 @@ struct Entry {
   const char* kind;
   std::unique_ptr<Generator> (*make)(const store::ModelFile&, const std::string&);
 };
-constexpr Entry kKinds[] = {{"motion-cell", make_motion_cell_generator}, {"quaternet", make_baseline_generator}, {"erd", make_baseline_generator}};
+constexpr Entry kKinds[] = {{"motion-cell", make_motion_cell_generator}, {"quaternet", make_baseline_generator}, {"erd", make_baseline_generator}, {"lstm-gmm", make_lstm_gmm_generator}};
 
 }  // namespace
 

@@ -26,6 +26,10 @@ struct SampleSettings {
   std::uint64_t seed = 1;
   int threads = 1;
   double noise_scale = 1;
+  // For generators that start from frames; clip `stream` takes init[stream % size].
+  std::vector<Clip> init = {};      // clips to start from; empty: what the model brings along
+  bool estimate_state = true;       // find the hidden state before the first frame (Wang, Chai, Xia 2018, eq. 26) instead of 0
+  double network_noise = 0;         // deviation of noise on the network's input, standardised (their 5.1)
 };
 
 class Generator {
@@ -40,6 +44,7 @@ class Generator {
   virtual std::string contacts_rule() const = 0;  // of the archive it was trained on
   virtual std::int64_t default_frames() const = 0;
   virtual std::int64_t schedule_step() const { return 1; }  // frames: attributes can change at multiples of it
+  virtual bool starts_from_frames() const { return false; }
   // Clips in the order asked for, labelled by label_as_ordered, first frame above the origin with heading 0 (+X), contacts labelled by the rule.
   virtual std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const = 0;
 };

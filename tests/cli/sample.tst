@@ -124,6 +124,24 @@
 0 true ./q 'a[0].attribute("gender") == ["female"] * 3' u.h5
 1 . test -e x.h5
 
+# a generator that starts from frames (lstm-gmm)
+0 . train-lstm -q c.h5 --steps 4 --batch 4 --window 8 --weights-only -o l.h5 && motion-select -q c.h5 --time 0:0 -o frame.h5 && canonicalize -q corpus --fps 60 -o fast.h5 && canonicalize -q corpus --body source -o rig.h5
+0 true sample -q -m l.h5 -n 12 --frames 40 -j 2 -o l1.h5 && ./q 'a[0].names == ["motion-%02d" % i for i in range(12)] and set(a[0].length) == {40} and a[0].f.attrs["contacts"] in ("model", b"model") and a[0].f["frames/contacts"].shape == (480, 2)' l1.h5 && motion-info --check full l1.h5 > /dev/null
+0 . sample -q -m l.h5 -n 12 --frames 40 -j 1 -o l2.h5 && motion-info l1.h5 | grep digest > d1 && motion-info l2.h5 | grep digest | cmp - d1
+0 true sample -q -m l.h5 -n 12 --frames 30 --init c.h5 -o li.h5 && ./q 'all(np.abs(a[0].clip(i)[0][0, 1:] - a[1].clip(i % 8)[0][0, 1:]).max() < 1e-4 and abs(a[0].clip(i)[1][0, 2] - a[1].clip(i % 8)[1][0, 2]) < 1e-4 for i in range(12)) and [i["path"] for i in a[0].history[-1]["inputs"]] == ["l.h5", "c.h5"]' li.h5 c.h5
+0 true sample -q -m l.h5 --frames 30 --init - -o lp.h5 < c.h5 && ./q 'equal(a[0].clip(0), a[1].clip(0))' lp.h5 li.h5
+0 true for o in "--init-state zero" "--network-noise 0.2" "--noise-scale 0" "--seed 5"; do sample -q -m l.h5 --frames 30 --init c.h5 $o -o lo.h5 -f && ./q '(lambda x, y: np.array_equal(x[0][0], y[0][0]) and not np.array_equal(x[0][5], y[0][5]))(a[0].clip(0), a[1].clip(0))' lo.h5 li.h5; done | sort -u
+0 true sample -q -m l.h5 --frames 30 --init frame.h5 --init-state zero -o lz.h5 && ./q 'a[0].length == [30]' lz.h5
+3 ~^sample:.frame\.h5.*1.frame,.expected.2 sample -m l.h5 --init frame.h5 -o x.h5
+3 ~^sample:.fast\.h5.*60.Hz,.expected.the.model's.30.Hz sample -m l.h5 --init fast.h5 -o x.h5
+3 ~^sample:.rig\.h5.*another.skeleton.than.the.model's sample -m l.h5 --init rig.h5 -o x.h5
+3 ~^sample:.absent\.h5 sample -m l.h5 --init absent.h5 -o x.h5
+2 ~expected.a.generator.that.starts.from.frames.*kind.motion-cell sample -m m.h5 --init c.h5 -o x.h5
+2 ~expected.a.generator.that.starts.from.frames sample -m m.h5 --init-state zero -o x.h5
+2 ~expected.a.generator.that.starts.from.frames sample -m m.h5 --network-noise 0.1 -o x.h5
+2 ~-m.-.and.--init.- sample -m - --init - -o x.h5 < l.h5
+2 ~knows.no.attribute.'action',.expected.none:.it.was.trained.without.attributes sample -m l.h5 --attr action=walking -o x.h5
+
 # ended at rest: a model of three steps never rests, so the noise's slowest steps stand for it; what is left is the beginning of the same motion
 0 true sample -q -m m.h5 -n 8 --stop-when-still -o never.h5 && ./q 'all(equal(a[0].clip(i), a[1].clip(i)) for i in range(8))' never.h5 eight.h5
 0 ~[1-8].of.8.motions.came.to.rest sample -m m.h5 -n 8 --stop-when-still --still-speed 45 --still-seconds 0.03 -o stopped.h5
