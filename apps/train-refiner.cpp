@@ -1,0 +1,90 @@
+// train-refiner - train the adversarial refiner of generated motion.
+#include <fmt/core.h>
+
+#include <nlohmann/json.hpp>
+
+#include "libmocap/base/error.hpp"
+#include "libmocap/base/log.hpp"
+#include "libmocap/cli/validators.hpp"
+#include "libmodels/generators/generator.hpp"
+#include "libmodels/refiner/training.hpp"
+#include "libmodels/tools/training_tool.hpp"
+
+namespace {
+
+using namespace mocap;
+
+class TrainRefiner final : public tools::TrainingTool {
+ public:
+  std::string name() const override { return "train-refiner"; }
+  std::string synopsis() const override { return "Train a refiner that makes the motion of a generator look like captured motion, against a discriminator"; }
+  std::string description() const override {
+    return "The refiner changes generated motion so that a discriminator, which sees head, hands and feet alone, cannot tell it from the motion of INPUT; the root is held near where it was. The motion to refine is "
+           "sampled from --generator before the training starts, all its combinations of attributes equally; any model that `sample` knows will do, on the body and at the rate of INPUT. Both "
+           "losses and how often the discriminator is right are in the log beside the model: half right is as good as it gets. Stop it and run the same line with --resume to continue to the same weights, "
+           "bit for bit. `refine` applies the model.";
+  }
+  std::vector<cli::Example> examples() const override {
+    return {{"train-refiner walking.h5 --generator lstm.h5 -o refiner.h5", "minutes on two cores"},
+            {"train-refiner walking.h5 --generator motion-cell.h5 --steps 6000 -o refiner.h5", "for another generator, longer"},
+            {"train-refiner walking.h5 --generator lstm.h5 --no-contacts -o plain.h5", "blind to contacts"}};
+  }
+  std::vector<std::string> references() const override {
+    return {"Wang, Chai, Xia 2018, Combining Recurrent Neural Networks and Adversarial Training for Human Motion Modelling, Synthesis and Control, sections 4.2 and 4.3"};
+  }
+
+  void options(CLI::App& app) override {
+    app.add_option("--generator", generator_, "model whose motion is to be refined")->required()->check(cli::path());
+    app.add_option("--preset", preset_, "paper (layers of 512) or small (256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
+    app.add_flag("--no-contacts", no_contacts_, "neither network sees the contact bits");
+    app.add_option("--samples", samples_, "motions sampled from the generator")->check(cli::whole(1, 1000000, "MOTIONS"))->capture_default_str();
+    app.add_option("--sample-frames", sample_frames_, "frames of each")->check(cli::whole(2, 1000000, "FRAMES"))->capture_default_str();
+    app.add_option("--steps", c_.steps, "updates of either network")->check(cli::whole(1, 1000000000, "STEPS"))->capture_default_str();
+    app.add_option("--batch", c_.batch, "windows in a batch, an even number")->check(cli::whole(2, 65536, "CLIPS"))->capture_default_str();
+    app.add_option("--window", c_.window, "frames of a window")->check(cli::whole(2, 100000, "FRAMES"))->capture_default_str();
+    app.add_option("--buffer", c_.buffer, "refined motions remembered for the discriminator")->check(cli::whole(1, 1000000, "MOTIONS"))->capture_default_str();
+    app.add_option("--root-weight", c_.root_weight, "of the squared distance between the root's ways before and after, m^2")->check(cli::non_negative("WEIGHT"))->capture_default_str();
+    app.add_option("--learning-rate", c_.refiner_rate, "of RMSProp, of the refiner")->check(cli::positive("RATE"))->capture_default_str();
+    app.add_option("--discriminator-rate", c_.discriminator_rate, "of the discriminator")->check(cli::positive("RATE"))->capture_default_str();
+    app.add_option("--ratio", c_.ratio, "updates of the refiner for one of the discriminator; doubled where it is too strong, halved where it is too weak")->check(cli::between(1, 80, "UPDATES"))->capture_default_str();
+    add_loop_options(app);
+  }
+
+  Exit run(cli::Context& context) override {
+    const std::string input = begin(context, {generator_});
+    if (generator_ == "-" && input == "-") refuse_usage("--generator - and the archive from standard input, expected one of them to be a file");
+    c_.seed = context.seed();
+    c_.shards = shards();
+    c_.validate();
+    const train::StateDataset real(input);
+    if (real.left_out() > 0) log::warn("{} clips of one frame are left out", real.left_out());
+    if (real.labelled_here()) log::warn("{}: clips without contacts are labelled by the rule default", input);
+    std::string digest;
+    const store::ModelFile file = store::read_model(generator_, &digest);
+    const auto generator = generators::make_generator(file, generator_);
+    generators::SampleSettings settings;
+    settings.seed = context.seed();
+    settings.threads = context.threads();
+    std::vector<generators::ClipOrder> orders;
+    for (std::int64_t i = 0; i < samples_; ++i)
+      orders.push_back({fmt::format("sample-{}", i), generator->combinations()[static_cast<std::size_t>(i) % generator->combinations().size()], sample_frames_, static_cast<std::uint64_t>(i)});
+    const train::StateDataset generated(generator_, generator->sample(orders, settings), real.reference());
+    refiner::RefinerConfig network = refiner::RefinerConfig::preset(preset_);
+    network.contacts = !no_contacts_;
+    refiner::RefinerTraining training(network, c_, real, generated, {{"kind", generator->kind()}, {"sha256", digest}, {"samples", samples_}, {"frames", sample_frames_}});
+    log::info("{} clips, {} frames; {} motions of {}; {} updates", real.clips().size(), real.frames(), samples_, generator_, training.steps());
+    History history = real.header().history;
+    history.insert(history.end(), file.history.begin(), file.history.end());
+    return train(context, training, std::move(history), {{context.inputs()[0].label, real.file_sha256()}, tools::history_input(generator_, digest)});
+  }
+
+ private:
+  std::string generator_, preset_ = "small";
+  bool no_contacts_ = false;
+  std::int64_t samples_ = 512, sample_frames_ = 150;
+  refiner::TrainingConfig c_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) { return mocap::cli::run<TrainRefiner>(argc, argv); }
