@@ -15,6 +15,7 @@
 #include "libmocap/store/archive.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/refiner/model.hpp"
+#include "libmodels/tools/training_tool.hpp"
 
 namespace {
 
@@ -25,14 +26,15 @@ class Refine final : public cli::Tool {
   std::string name() const override { return "refine"; }
   std::string synopsis() const override { return "Refine generated motion with a trained refiner, and hold feet that are on the ground still"; }
   std::string description() const override {
-    return "With -m, each clip goes through the refiner, which takes foot sliding and other marks of generated motion away and labels contacts anew; names, attributes and segments stay. With --pin-feet, feet that are "
+    return "With -m, each clip goes through the refiner, which takes foot sliding and other marks of generated motion away and labels contacts anew (unless it was trained without them); names, attributes and segments stay. With --pin-feet, feet that are "
            "labelled as down are then held still by inverse kinematics, without a jump when they come down and rise; hips, knees, ankles and the height of the root change and nothing else. Without -m, --pin-feet works "
            "alone and on any motion: archives, BVH, AMC, npz. Clips without contacts are labelled by the model's rule, or by `default`.";
   }
   std::vector<cli::Example> examples() const override {
     return {{"sample -m lstm.h5 -n 100 -o - | refine -m refiner.h5 - -o refined.h5", "straight from the generator"},
             {"sample -m lstm.h5 -n 100 -o - | refine -m refiner.h5 --pin-feet - -o - | fid-eval - --real test.h5 --classifier action.h5", "with feet held, into the evaluation"},
-            {"refine --pin-feet slides.bvh -o - | motion-export - -o clean/", "a BVH whose feet slide"}};
+            {"refine --pin-feet slides.bvh -o - | motion-export - -o clean/", "a BVH whose feet slide"},
+            {"refine --pin-feet --contacts holden samples.h5 -o pinned.h5", "where feet slide too fast to count as down"}};
   }
   std::vector<std::string> references() const override {
     return {"Wang, Chai, Xia 2018, sections 4.2 and 4.3", "Kovar, Schreiner, Gleicher 2002, Footskate cleanup for motion capture editing"};
@@ -50,8 +52,8 @@ class Refine final : public cli::Tool {
   void options(CLI::App& app) override {
     app.add_option("-m,--model", model_, "refiner (train-refiner)")->check(cli::path());
     CLI::Option* pin = app.add_flag("--pin-feet", pin_, "hold feet that are down still");
-    app.add_option("--blend-seconds", pinning_.blend_seconds, "with --pin-feet: over which a correction comes and goes")->needs(pin)->check(cli::non_negative("SECONDS"))->capture_default_str();
-    app.add_option("--most-root", pinning_.most_root, "with --pin-feet: by which the root may sink so that legs reach, metres")->needs(pin)->check(cli::non_negative("METRES"))->capture_default_str();
+    app.add_option("--blend-seconds", pinning_.blend_seconds, "with --pin-feet: over which a correction comes and goes")->needs(pin)->check(cli::between(0, 10, "SECONDS"))->capture_default_str();
+    app.add_option("--most-root", pinning_.most_root, "with --pin-feet: by which the root may sink so that legs reach, or rise by half of it so that straight legs stay so, metres")->needs(pin)->check(cli::non_negative("METRES"))->capture_default_str();
     app.add_option("--contacts", contacts_, "keep the contacts of the input, or label them anew by this rule before anything else")->check(cli::one_of(rules()))->capture_default_str();
     reading_.add(app);
   }
@@ -67,7 +69,7 @@ class Refine final : public cli::Tool {
     if (!model_.empty()) {
       std::string digest;
       model = refiner::read(store::read_model(model_, &digest), model_);
-      inputs.push_back({model_ == "-" ? "<stdin>" : model_.substr(model_.rfind('/') + 1), digest});
+      inputs.push_back(tools::history_input(model_, digest));
       if (model.contacts_rule.starts_with("preset:")) rule = model.contacts_rule;
     }
     if (contacts_ != "keep") rule = "preset:" + contacts_;
@@ -105,7 +107,7 @@ class Refine final : public cli::Tool {
         }
       });
       for (std::size_t i = 0; i < clips.size(); ++i) {
-        if (!writer) writer = std::make_unique<store::ArchiveWriter>(context.common().output, context.overwrite(), header(*input, clips[i], rule, context, inputs));
+        if (!writer) writer = std::make_unique<store::ArchiveWriter>(context.common().output, context.overwrite(), header(*input, clips[i], model.network && model.network->config().contacts, rule, context, inputs));
         labelled += here[i];
         add(pinned, reports[i]);
         writer->add(clips[i]);
@@ -128,11 +130,11 @@ class Refine final : public cli::Tool {
     return names;
   }
 
-  store::ArchiveHeader header(const formats::MotionInput& input, const Clip& clip, const std::string& rule, cli::Context& context, const std::vector<HistoryInput>& inputs) const {
+  store::ArchiveHeader header(const formats::MotionInput& input, const Clip& clip, bool by_model, const std::string& rule, cli::Context& context, const std::vector<HistoryInput>& inputs) const {
     store::ArchiveHeader h;
     h.skeleton = clip.skeleton;
     h.frame_rate_hz = clip.frame_rate_hz;
-    h.contacts_rule = !model_.empty() ? "model" : contacts_ == "keep" && !input.contacts_rule().empty() ? input.contacts_rule() : rule;
+    h.contacts_rule = by_model ? "model" : contacts_ == "keep" && !input.contacts_rule().empty() ? input.contacts_rule() : rule;
     h.history = input.history();
     h.history.push_back(context.history_entry(inputs));
     h.attribute_classes = input.attribute_classes();

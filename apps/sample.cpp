@@ -14,6 +14,7 @@
 #include "libmocap/store/archive.hpp"
 #include "libmodels/generators/generator.hpp"
 #include "libmodels/nn/blas.hpp"
+#include "libmodels/tools/training_tool.hpp"
 
 namespace {
 
@@ -25,7 +26,7 @@ class Sample final : public cli::Tool {
   std::string synopsis() const override { return "Generate motions with any trained generator, into a motion archive"; }
   std::string description() const override {
     return "The model file says which kind of generator it holds, on which body and at which rate. Each clip has a random stream of its own: clip 7 of a seed is the same "
-           "motion whether 8 or 8,000 are asked for, and whatever the number of threads. Contacts are labelled by the rule of the archive the model was trained on. A --schedule is a tab-separated table with a "
+           "motion whether 8 or 8,000 are asked for, and whatever the number of threads. Contacts are labelled by the rule of the archive the model was trained on, or by the model where it knows about them. A --schedule is a tab-separated table with a "
            "header line: `start` in seconds, a column for each attribute that it sets, optional `end`, and `clip` for several schedules in one file; the clips carry it as segments.";
   }
   std::vector<cli::Example> examples() const override {
@@ -69,7 +70,7 @@ class Sample final : public cli::Tool {
     std::string digest;
     const store::ModelFile model = store::read_model(model_, &digest);
     const auto generator = generators::make_generator(model, model_);
-    std::vector<HistoryInput> inputs = {{model_ == "-" ? "<stdin>" : model_.substr(model_.rfind('/') + 1), digest}};
+    std::vector<HistoryInput> inputs = {tools::history_input(model_, digest)};
     generators::SampleSettings settings;
     settings.seed = context.seed();
     settings.threads = context.threads();
@@ -79,10 +80,10 @@ class Sample final : public cli::Tool {
     if (!init_.empty()) {
       if (init_ == "-" && model_ == "-") refuse_usage("-m - and --init -: expected one of them to be a file");
       const store::ArchiveReader reader(init_, store::Caching::in_order);
-      inputs.push_back({init_ == "-" ? "<stdin>" : init_.substr(init_.rfind('/') + 1), reader.file_sha256()});
+      inputs.push_back(tools::history_input(init_, reader.file_sha256()));
       for (std::size_t i = 0; i < reader.size() && settings.init.size() < static_cast<std::size_t>(count_.value_or(1)); ++i) {
         Clip clip = reader.read(i);
-        settings.init.push_back(clip.frames() > 2 ? cut(clip, 0, 2) : std::move(clip));
+        settings.init.push_back(clip.frames() > 2 && !clip.contacts.empty() ? cut(clip, 0, 2) : std::move(clip));  // contacts are found in all of a clip
       }
       if (settings.init.empty()) refuse({init_, 0, {}}, "0 clips, expected at least one to start from");
     }
@@ -94,7 +95,7 @@ class Sample final : public cli::Tool {
     } else {
       if (schedule_ == "-" && model_ == "-") refuse_usage("-m - and --schedule -: expected one of them to be a file");
       const auto schedules = formats::AttributeSchedules::read(schedule_);
-      inputs.push_back({schedule_ == "-" ? "<stdin>" : schedule_.substr(schedule_.rfind('/') + 1), schedules.sha256()});
+      inputs.push_back(tools::history_input(schedule_, schedules.sha256()));
       plans = scheduled(*generator, schedules);
     }
     const std::int64_t count = count_.value_or(static_cast<std::int64_t>(schedules_));
@@ -134,7 +135,7 @@ class Sample final : public cli::Tool {
       try {
         made = generator->sample(orders, settings);
       } catch (const Error& e) {
-        if (settings.init.empty()) throw;
+        if (settings.init.empty() || e.status() != Exit::data) throw;
         throw e.in_file(init_ == "-" ? "<stdin>" : init_);
       }
       for (const Clip& clip : made) {

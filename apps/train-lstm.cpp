@@ -47,13 +47,13 @@ class TrainLstm final : public tools::TrainingTool {
     app.add_option("--batch", c_.batch, "windows in a batch")->check(cli::whole(1, 65536, "CLIPS"))->capture_default_str();
     app.add_option("--window", c_.window, "frames of a window")->check(cli::whole(1, 100000, "FRAMES"))->capture_default_str();
     app.add_option("--input-noise", c_.input_noise, "deviation of the noise on the standardised input features")->check(cli::non_negative("DEVIATION"))->capture_default_str();
-    app.add_option("--learning-rate", c_.rate, "of RMSProp at the start; times 0.95 every 100 steps (paper: 200), or every hundredth of --steps")->check(cli::positive("RATE"))->capture_default_str();
+    app.add_option("--learning-rate", c_.rate, "of RMSProp at the start; it falls by 0.95 in each of 150 equal parts of the training")->check(cli::positive("RATE"))->capture_default_str();
     add_loop_options(app);
   }
 
   Exit run(cli::Context& context) override {
     const std::string input = begin(context, {validation_, init_});
-    if (validation_ == "-") refuse_usage("--val -: errors are found in a second reading, expected a file");
+    if (validation_ == "-") refuse_usage("--val -: standard input is for the archive to train on, expected a file");
     if (init_ == "-" && input == "-") refuse_usage("--init-from - and the archive from standard input, expected one of them to be a file");
     lstm_gmm::LstmGmmConfig network = lstm_gmm::LstmGmmConfig::preset(preset_);
     network.cell = lstm_gmm::parse_cell(cell_);
@@ -71,9 +71,8 @@ class TrainLstm final : public tools::TrainingTool {
     if (data.labelled_here()) log::warn("{}: clips without contacts are labelled by the rule default", input);
     std::unique_ptr<train::StateDataset> validation;
     if (!validation_.empty()) validation = std::make_unique<train::StateDataset>(validation_, data.reference());
-    const auto preset = lstm_gmm::TrainingConfig::preset(preset_);
-    c_.steps = steps_.value_or(preset.steps);
-    c_.decay_steps = steps_ ? std::max<std::int64_t>(1, *steps_ * preset.decay_steps / preset.steps) : preset.decay_steps;
+    c_.steps = steps_.value_or(lstm_gmm::TrainingConfig::preset(preset_).steps);
+    c_.decay_steps = std::max<std::int64_t>(1, c_.steps / 150);
     c_.seed = context.seed();
     c_.shards = shards();
     c_.init_digest = init_digest;

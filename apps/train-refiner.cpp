@@ -14,6 +14,10 @@ namespace {
 
 using namespace mocap;
 
+// `sample` of the same seed makes other motions than those trained on: streams from here on, a multiple of any number of starts that is a power of two.
+constexpr std::uint64_t kOtherMotions = std::uint64_t{1} << 32;
+constexpr std::int64_t kMostFrames = 1 << 21;
+
 class TrainRefiner final : public tools::TrainingTool {
  public:
   std::string name() const override { return "train-refiner"; }
@@ -56,22 +60,33 @@ class TrainRefiner final : public tools::TrainingTool {
     c_.seed = context.seed();
     c_.shards = shards();
     c_.validate();
+    if (sample_frames_ < c_.window) refuse_usage(fmt::format("--sample-frames {} and windows of {}, expected motions as long as a window at least", sample_frames_, c_.window));
+    if (samples_ > kMostFrames / sample_frames_) refuse_usage(fmt::format("{} motions of {} frames, expected at most {} frames in all", samples_, sample_frames_, kMostFrames));
     const train::StateDataset real(input);
     if (real.left_out() > 0) log::warn("{} clips of one frame are left out", real.left_out());
     if (real.labelled_here()) log::warn("{}: clips without contacts are labelled by the rule default", input);
     std::string digest;
     const store::ModelFile file = store::read_model(generator_, &digest);
     const auto generator = generators::make_generator(file, generator_);
+    train::check_alike(*generator->skeleton(), generator->frame_rate_hz(), real.reference(), {generator_, 0, {}}, "the training data");
+    if (const std::size_t few = real.shorter_than(c_.window); few > 0) log::warn("{} clips of less than --window {} frames are left out", few, c_.window);
     generators::SampleSettings settings;
     settings.seed = context.seed();
     settings.threads = context.threads();
     std::vector<generators::ClipOrder> orders;
     for (std::int64_t i = 0; i < samples_; ++i)
-      orders.push_back({fmt::format("sample-{}", i), generator->combinations()[static_cast<std::size_t>(i) % generator->combinations().size()], sample_frames_, static_cast<std::uint64_t>(i)});
+      orders.push_back({fmt::format("sample-{}", i), generator->combinations()[static_cast<std::size_t>(i) % generator->combinations().size()], sample_frames_, kOtherMotions + static_cast<std::uint64_t>(i)});
     const train::StateDataset generated(generator_, generator->sample(orders, settings), real.reference());
     refiner::RefinerConfig network = refiner::RefinerConfig::preset(preset_);
     network.contacts = !no_contacts_;
-    refiner::RefinerTraining training(network, c_, real, generated, {{"kind", generator->kind()}, {"sha256", digest}, {"samples", samples_}, {"frames", sample_frames_}});
+    std::unique_ptr<refiner::RefinerTraining> made;
+    try {
+      made = std::make_unique<refiner::RefinerTraining>(network, c_, real, generated, nlohmann::json{{"kind", generator->kind()}, {"sha256", digest}, {"samples", samples_}, {"frames", sample_frames_}});
+    } catch (const Error& e) {
+      if (e.status() != Exit::data || !e.where().file.empty()) throw;
+      throw e.in_file(real.name());
+    }
+    refiner::RefinerTraining& training = *made;
     log::info("{} clips, {} frames; {} motions of {}; {} updates", real.clips().size(), real.frames(), samples_, generator_, training.steps());
     History history = real.header().history;
     history.insert(history.end(), file.history.begin(), file.history.end());

@@ -368,8 +368,7 @@ PinningReport pin_feet(Clip& clip, const PinningOptions& options) {
     refuse({{}, 0, "clip " + clip.name},
            (clip.contacts.empty() ? "no" : std::to_string(clip.contacts.size()) + " frames of") + std::string(" contact labels, expected them for ") + std::to_string(clip.frames()) +
                " frames: they say when a foot is down");
-  constexpr double kLongest = 1e6;  // frames
-  const std::size_t frames = clip.frames(), blend = static_cast<std::size_t>(std::clamp(std::round(options.blend_seconds * clip.frame_rate_hz), 1.0, kLongest));
+  const std::size_t frames = clip.frames(), blend = static_cast<std::size_t>(std::clamp(std::round(options.blend_seconds * clip.frame_rate_hz), 1.0, static_cast<double>(frames)));
   PinningReport report;
   follow(clip, legs);
   for (const std::size_t foot : {0, 1}) {

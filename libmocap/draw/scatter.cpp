@@ -24,7 +24,7 @@ Layout layout_of(const ScatterOptions& o) {
   if (!(o.width >= 300 && o.height >= 200))
     refuse_usage(fmt::format("a plot of {:.0f} x {:.0f} pixels, expected at least 300 x 200", std::clamp(o.width, 0.0, 1e9), std::clamp(o.height, 0.0, 1e9)));
   if (!(o.mark > 0 && o.mark <= 100)) refuse_usage(fmt::format("marks of {} pixels, expected more than 0 and at most 100", o.mark));
-  const double legend = std::min(0.3 * o.width, 200.0);
+  const double legend = std::min(0.3 * o.width, 240.0);
   Layout l;
   l.corner = {kMargin, kTop};
   l.size = {o.width - 2 * kMargin - legend - kGap, o.height - kTop - kBottom};

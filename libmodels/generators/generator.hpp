@@ -41,11 +41,11 @@ class Generator {
   virtual const std::vector<Attributes>& combinations() const = 0;
   virtual std::shared_ptr<const Skeleton> skeleton() const = 0;
   virtual double frame_rate_hz() const = 0;
-  virtual std::string contacts_rule() const = 0;  // of the archive it was trained on
+  virtual std::string contacts_rule() const = 0;  // of the archive it was trained on; "model" where the model labels contacts itself
   virtual std::int64_t default_frames() const = 0;
   virtual std::int64_t schedule_step() const { return 1; }  // frames: attributes can change at multiples of it
   virtual bool starts_from_frames() const { return false; }
-  // Clips in the order asked for, labelled by label_as_ordered, first frame above the origin with heading 0 (+X), contacts labelled by the rule.
+  // Clips in the order asked for, labelled by label_as_ordered, first frame above the origin with heading 0 (+X), contacts labelled by the rule or the model.
   virtual std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const = 0;
 };
 

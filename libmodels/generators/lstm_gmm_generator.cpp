@@ -1,9 +1,7 @@
 #include "libmodels/generators/lstm_gmm_generator.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
-#include <cmath>
+#include <map>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/parallel.hpp"
@@ -11,6 +9,7 @@
 #include "libmocap/features/state.hpp"
 #include "libmodels/lstm_gmm/model.hpp"
 #include "libmodels/lstm_gmm/sampler.hpp"
+#include "libmodels/nn/blas.hpp"
 
 namespace mocap::generators {
 namespace {
@@ -30,16 +29,15 @@ class LstmGmmGenerator final : public Generator {
 
   std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const override {
     const torch::Tensor starts = settings.init.empty() ? model_.starts : pairs_of(settings.init, settings.estimate_state);
-    const std::int64_t kinds = starts.size(0), width = starts.size(2), state_size = model_.network->config().state();
-    torch::Tensor states;
-    if (settings.estimate_state) states = lstm_gmm::initial_state(*model_.network, starts.select(1, 0).contiguous(), starts.select(1, 1).contiguous());
+    const std::int64_t kinds = starts.size(0), width = starts.size(2);
+    const auto start_of = [&](const ClipOrder& order) { return static_cast<std::int64_t>(order.stream % static_cast<std::uint64_t>(kinds)); };
+    std::map<std::int64_t, std::vector<float>> states;  // of the starts that are used
+    for (const auto& order : orders) states[start_of(order)];
+    if (settings.estimate_state) estimate(starts, states, settings.threads);
     std::vector<lstm_gmm::ClipRequest> requests;
     for (const auto& order : orders) {
-      const auto i = static_cast<std::int64_t>(order.stream % static_cast<std::uint64_t>(kinds));
-      const float* first = starts.data_ptr<float>() + 2 * i * width;
-      lstm_gmm::ClipRequest r{settings.seed, order.stream, order.frames, {first, first + width}, {}};
-      if (states.defined()) r.state.assign(states.data_ptr<float>() + i * state_size, states.data_ptr<float>() + (i + 1) * state_size);
-      requests.push_back(std::move(r));
+      const float* first = starts.data_ptr<float>() + 2 * start_of(order) * width;
+      requests.push_back({settings.seed, order.stream, order.frames, {first, first + width}, states.at(start_of(order))});
     }
     const auto frames = sampler_.sample(requests, {settings.threads, 32, settings.noise_scale, settings.network_noise});
     std::vector<Clip> clips(orders.size());
@@ -48,40 +46,46 @@ class LstmGmmGenerator final : public Generator {
   }
 
  private:
+  // The state of a start does not depend on the others, so they are found side by side in any portions.
+  void estimate(const torch::Tensor& starts, std::map<std::int64_t, std::vector<float>>& states, int threads) const {
+    constexpr std::size_t kPortion = 16;
+    const std::int64_t size = model_.network->config().state();
+    std::vector<std::pair<std::int64_t, std::vector<float>*>> wanted;
+    for (auto& [start, state] : states) wanted.emplace_back(start, &state);
+    parallel_for((wanted.size() + kPortion - 1) / kPortion, threads, [&](std::size_t part) {
+      nn::initialize_worker_thread();
+      const std::size_t first = part * kPortion, count = std::min(kPortion, wanted.size() - first);
+      std::vector<std::int64_t> rows;
+      for (std::size_t i = 0; i < count; ++i) rows.push_back(wanted[first + i].first);
+      const torch::Tensor own = starts.index_select(0, torch::tensor(rows, torch::kLong));
+      const torch::Tensor found = lstm_gmm::initial_state(*model_.network, own.select(1, 0).contiguous(), own.select(1, 1).contiguous());
+      for (std::size_t i = 0; i < count; ++i) {
+        const float* values = found.data_ptr<float>() + static_cast<std::int64_t>(i) * size;
+        wanted[first + i].second->assign(values, values + size);
+      }
+    });
+  }
+
   // The first two frames of each clip, (K, 2, input). `both`: the second is needed.
   torch::Tensor pairs_of(const std::vector<Clip>& init, bool both) const {
-    const auto& [skeleton, rate, mean, deviation] = model_.reference;
-    const auto columns = static_cast<std::int64_t>(mean.size());
-    torch::Tensor out = torch::zeros({static_cast<std::int64_t>(init.size()), 2, columns + 2});
-    float* to = out.data_ptr<float>();
+    std::vector<torch::Tensor> pairs;
     for (const Clip& clip : init) {
-      if (!clip.skeleton->same_as(*skeleton, 1e-5)) refuse({{}, 0, "clip " + clip.name}, "another skeleton than the model's, expected a clip to start from on its body");
-      if (std::abs(clip.frame_rate_hz - rate) > 1e-6 * rate) refuse({{}, 0, "clip " + clip.name}, fmt::format("{} Hz, expected the model's {} Hz", clip.frame_rate_hz, rate));
-      if (both && clip.frames() < 2) refuse({{}, 0, "clip " + clip.name}, "1 frame, expected 2, from which the network's state is found");
-      auto contacts = clip.contacts;
-      if (contacts.empty()) contacts = label_contacts(clip, contact_preset("default"));
-      const features::FeatureMatrix x = features::encode_state(clip.frames() > 2 ? cut(clip, 0, 2) : clip);
-      for (Eigen::Index t = 0; t < 2; ++t) {
-        const Eigen::Index from = std::min(t, x.rows() - 1);
-        for (std::int64_t c = 0; c < columns; ++c) *to++ = static_cast<float>((x(from, c) - mean[static_cast<std::size_t>(c)]) / deviation[static_cast<std::size_t>(c)]);
-        for (const std::uint8_t down : contacts.at(static_cast<std::size_t>(from))) *to++ = down ? 1.0f : 0.0f;
-      }
+      const Where where{{}, 0, "clip " + clip.name};
+      train::check_alike(*clip.skeleton, clip.frame_rate_hz, model_.reference, where, "the model");
+      if (both && clip.frames() < 2) refuse(where, "1 frame, expected 2, from which the network's state is found");
+      const Clip start = clip.frames() > 2 ? cut(clip, 0, 2) : clip;
+      // Two frames are too few to label: whether a foot is down is read from all that was given.
+      auto contacts = clip.contacts.empty() ? label_contacts(clip, contact_preset("default")) : clip.contacts;
+      if (contacts.empty()) refuse(where, "no contacts and no feet to label them of, expected contacts");
+      const torch::Tensor rows = train::standardised(features::encode_state(start), contacts, model_.reference);
+      pairs.push_back(rows.size(0) == 2 ? rows : rows.repeat({2, 1}));
     }
-    return out;
+    return torch::stack(pairs).contiguous();
   }
 
   Clip to_clip(const std::vector<float>& rows, const ClipOrder& order) const {
-    const auto& [skeleton, rate, mean, deviation] = model_.reference;
-    const auto columns = static_cast<Eigen::Index>(mean.size());
-    features::FeatureMatrix x(static_cast<Eigen::Index>(order.frames), columns);
-    std::vector<std::array<std::uint8_t, 2>> contacts;
-    const float* from = rows.data();
-    for (Eigen::Index t = 0; t < x.rows(); ++t) {
-      for (Eigen::Index c = 0; c < columns; ++c) x(t, c) = static_cast<double>(*from++) * deviation[static_cast<std::size_t>(c)] + mean[static_cast<std::size_t>(c)];
-      contacts.push_back({static_cast<std::uint8_t>(from[0] > 0.5f), static_cast<std::uint8_t>(from[1] > 0.5f)});
-      from += 2;
-    }
-    Clip clip = features::decode_state(x, skeleton, rate);
+    auto [features, contacts] = train::raw_states(rows.data(), order.frames, model_.reference);
+    Clip clip = features::decode_state(features, model_.reference.skeleton, model_.reference.frame_rate_hz);
     clip.name = order.name;
     label_as_ordered(clip, order);
     clip.contacts = std::move(contacts);

@@ -48,6 +48,8 @@ void LstmGmmConfig::validate() const {
   for_each_size(*this, [](const char* name, int value) {
     if (value < 1 || value > kMost) refuse_config(fmt::format("{} is {}, expected a whole number in 1..{}", name, value, kMost));
   });
+  constexpr std::int64_t kMostOutputs = 1 << 24;
+  if (const std::int64_t all = std::int64_t{mixtures} * (2 * std::int64_t{features} + 1) + contacts; all > kMostOutputs) refuse_config(fmt::format("{} outputs, expected at most {}", all, kMostOutputs));
 }
 
 nlohmann::json to_json(const LstmGmmConfig& config) {

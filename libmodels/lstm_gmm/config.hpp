@@ -11,7 +11,7 @@ enum class Cell { paper, standard };
 Cell parse_cell(const std::string& name);  // Error(usage)
 std::string text(Cell cell);
 
-// The figure that gives the widths is lost in the paper's text. With 512 everywhere, generator and refiner together hold 40.6 MB of weights;
+// The figure that gives the widths is lost in the paper's text. With 512 everywhere, generator and refiner together hold 40.8 MB of weights;
 // section 6 says 41 MB (with standard cells it would be 28 MB).
 struct LstmGmmConfig {
   int features = 69;  // D, state features of a frame (features/state.hpp)
@@ -27,7 +27,7 @@ struct LstmGmmConfig {
   std::int64_t parameter_count() const;
 
   static LstmGmmConfig preset(const std::string& name);  // "paper" (512) or "small" (256); Error(usage) for another name
-  void validate() const;                                 // Error(data) unless every size is in [1, 2^16]
+  void validate() const;                                 // Error(data) unless every size is in [1, 2^16] and outputs() at most 2^24
   bool operator==(const LstmGmmConfig&) const = default;
 };
 

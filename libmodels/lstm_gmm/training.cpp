@@ -9,6 +9,7 @@
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/random.hpp"
 #include "libmocap/features/state.hpp"
+#include "libmodels/nn/losses.hpp"
 #include "libmodels/nn/mlp.hpp"
 #include "libmodels/nn/rotations.hpp"
 #include "libmodels/nn/sharded.hpp"
@@ -21,9 +22,10 @@ namespace {
 using Json = nlohmann::json;
 using torch::Tensor;
 
-enum Draw : std::uint64_t { kBatch = 1, kNoise = 2, kStart = 3 };
+enum Draw : std::uint64_t { kBatch = 101, kNoise = 102, kStart = 103 };  // the network draws its weights from the streams below
 
 constexpr std::int64_t kMostBatchFrames = 1 << 20;
+constexpr std::int64_t kPiece = 4096;  // frames predicted at a time
 constexpr std::int64_t kStarts = 64;  // pairs of frames that `sample` starts from where no clip is given
 
 // What every frame but the first should be: (T - 1) B rows.
@@ -168,17 +170,23 @@ Prediction prediction(const Network& network, const train::StateDataset& data) {
   Prediction sums;
   double frames = 0;
   for (const auto& clip : data.clips()) {
-    const Pairs p = pairs(clip.rows.unsqueeze(1), torch::ones({clip.rows.size(0), 1}), c.features);
-    const Mixture next = network.mixture(network.forward(p.input, torch::zeros({1, c.state()}), &packed).y);
-    const Tensor contacts = contact_loss(next, p.contacts), best = next.log_weights.argmax(1).view({-1, 1, 1}).expand({-1, 1, c.features});
-    const Tensor real = rotations(p.next);
-    const auto angle = [&](const Tensor& x) { return 2 * torch::acos((rotations(x) * real).sum(-1).abs().clamp_max(1.0)).mean(1).sum().item<double>(); };
-    sums.nats += (feature_loss(next, p.next) + contacts).sum().item<double>();
-    sums.contact_nats += contacts.sum().item<double>();
-    sums.angle_deg += angle(next.means.gather(1, best).squeeze(1));
-    sums.persistence_deg += angle(p.input.narrow(1, 0, c.features));
-    sums.contact_errors += ((next.contact_logits > 0).to(torch::kFloat) - p.contacts).abs().sum().item<double>() / c.contacts;
-    frames += static_cast<double>(p.next.size(0));
+    Tensor state = torch::zeros({1, c.state()});
+    for (std::int64_t first = 0; first + 1 < clip.rows.size(0); first += kPiece) {  // memory does not grow with the clip
+      const std::int64_t rows = std::min(kPiece + 1, clip.rows.size(0) - first);
+      const Pairs p = pairs(clip.rows.narrow(0, first, rows).unsqueeze(1), torch::ones({rows, 1}), c.features);
+      const auto out = network.forward(p.input, state, &packed);
+      state = out.state;
+      const Mixture next = network.mixture(out.y);
+      const Tensor contacts = contact_loss(next, p.contacts), best = next.log_weights.argmax(1).view({-1, 1, 1}).expand({-1, 1, c.features});
+      const Tensor real = rotations(p.next);
+      const auto angle = [&](const Tensor& x) { return nn::geodesic_distance(rotations(x), real).mean(1).sum().item<double>(); };
+      sums.nats += (feature_loss(next, p.next) + contacts).sum().item<double>();
+      sums.contact_nats += contacts.sum().item<double>();
+      sums.angle_deg += angle(next.means.gather(1, best).squeeze(1));
+      sums.persistence_deg += angle(p.input.narrow(1, 0, c.features));
+      sums.contact_errors += ((next.contact_logits > 0).to(torch::kFloat) - p.contacts).abs().sum().item<double>() / c.contacts;
+      frames += static_cast<double>(p.next.size(0));
+    }
   }
   const double degrees = 180 / std::numbers::pi;
   return {sums.nats / frames, sums.contact_nats / frames, sums.angle_deg / frames * degrees, sums.persistence_deg / frames * degrees, sums.contact_errors / frames};

@@ -2,7 +2,7 @@
 //
 // Windows of 50 frames at 30 Hz, each from a state of 0; noise of deviation 0.05 on the standardised features that the network sees, never on what it should predict;
 // RMSProp, 1e-3, times 0.95 per epoch of 200 steps; every derivative is clipped to [-5, 5]. The paper's 30,000 iterations of batch 20 to convergence are the preset `paper`;
-// `small` has fewer steps and falls as far in learning rate.
+// `small` has fewer steps and falls as far in learning rate: 150 times 0.95.
 #pragma once
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,7 +17,7 @@ struct TrainingConfig {
   std::int64_t steps = 6000, batch = 20, window = 50;
   double input_noise = 0.05;
   double rate = 1e-3, decay = 0.95;  // the rate is multiplied by `decay` every `decay_steps`
-  std::int64_t decay_steps = 100;
+  std::int64_t decay_steps = 40;
   double rmsprop_decay = 0.9, derivative_limit = 5;
   int shards = 2;
   std::uint64_t seed = 1;

@@ -39,9 +39,9 @@ void forward(Kept& k, const Tensor& s0) {
   }
 }
 
-// Gradients of x, s0, W_ih, W_hh, bias.
+// Gradients of x, s0, W_ih, W_hh, bias; the last three only if asked for.
 template <class T>
-variable_list backward(const Kept& k, const Tensor& grad) {
+variable_list backward(const Kept& k, const Tensor& grad, bool weights) {
   const PackedLstm<T>& cell = k.cell->template as<T>();
   const std::int64_t R = k.x.size(0), H = cell.hidden(), in = k.x.size(1), seen = cell.state.in();
   const int B = static_cast<int>(k.batch);
@@ -52,6 +52,7 @@ variable_list backward(const Kept& k, const Tensor& grad) {
     cell.retreat(B, row<T>(k.gates, r), states.from_row(r).from_column(H), states.from_row(r + B).from_column(H), dstate, dstate.from_column(H), row<T>(d, r));
   }
   cell.input.backward(static_cast<int>(R), view<T>(d), view<T>(dx));
+  if (!weights) return {dx, ds, Tensor(), Tensor(), Tensor()};
   const Tensor dw_ih = at::empty({4 * H, in}, k.x.options()), dw_hh = at::empty({4 * H, seen}, k.x.options()), db = at::empty({4 * H}, k.x.options());
   lstm_weight_gradients<T>(static_cast<int>(R), static_cast<int>(H), static_cast<int>(in), static_cast<int>(seen), d.data_ptr<T>(), view<T>(k.x), states, dw_ih.data_ptr<T>(), dw_hh.data_ptr<T>(), db.data_ptr<T>());
   return {dx, ds, dw_ih, dw_hh, db};
@@ -76,7 +77,8 @@ struct LstmSequence : torch::autograd::Function<LstmSequence> {
   static variable_list backward(AutogradContext* ctx, variable_list grads) {
     const auto holder = ctx->saved_data["tape"].toCapsule();
     const Kept& k = static_cast<const Tape<Kept>&>(*holder).kept;
-    variable_list out = k.x.scalar_type() == torch::kDouble ? nn::backward<double>(k, grads[0]) : nn::backward<float>(k, grads[0]);
+    const bool weights = ctx->needs_input_grad({torch::autograd::IndexRange{2, 5}});  // not where a network is held fixed and only looked through
+    variable_list out = k.x.scalar_type() == torch::kDouble ? nn::backward<double>(k, grads[0], weights) : nn::backward<float>(k, grads[0], weights);
     out.emplace_back();  // packed
     return out;
   }

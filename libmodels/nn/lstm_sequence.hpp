@@ -23,7 +23,7 @@ class PackedLstmCell {
 // x (T B, in): frame t of sequence b in row t B + b. s0 (B, 2H): h, then c, before frame 0. -> (T B, 2H): h, then c, after every frame.
 // Differentiable once with respect to x, s0 and the cell's parameters; `packed`: of the cell since its parameters last changed.
 // On the caller's thread; a sequence's states do not depend on the others, and are the same bits on any x86-64 processor with fused multiply-add.
-// Cost: 2 T B (in + H) 4H flop forward, twice that backward. Error(internal) where shapes disagree.
+// Cost: 2 T B (in + H) 4H flop forward (2H where the gates see the memory), twice that backward. Error(internal) where shapes disagree.
 torch::Tensor lstm_sequence(const LstmCell& cell, const torch::Tensor& x, const torch::Tensor& s0, std::shared_ptr<const PackedLstmCell> packed = nullptr);
 
 }  // namespace mocap::nn

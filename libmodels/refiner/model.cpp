@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libmocap/base/error.hpp"
+#include "libmocap/clip/ground.hpp"
 #include "libmodels/nn/mlp.hpp"
 #include "libmodels/train/tensors.hpp"
 
@@ -34,6 +35,7 @@ Model read(const store::ModelFile& file, const std::string& name) {
     if (config.at("features") != "state") refuse({}, "features are not \"state\"");
     config.at("frame_rate_hz").get_to(rate);
     config.at("contacts").get_to(model.contacts_rule);
+    if (model.contacts_rule.starts_with("preset:")) (void)contact_preset(model.contacts_rule.substr(7));
     if (!(rate > 0 && rate <= kMostHz)) refuse({}, fmt::format("frame_rate_hz is {}, expected a number above 0, at most {}", rate, kMostHz));
     sizes = config_from_json(config.at("network"));
   } catch (const nlohmann::json::exception& e) {
@@ -44,7 +46,12 @@ Model read(const store::ModelFile& file, const std::string& name) {
   if (!file.skeleton || features::state_columns(*file.skeleton) != sizes.features) refuse({name, 0, "skeleton"}, "another number of joints than the network's");
   if (file.mean.size() != static_cast<std::size_t>(sizes.features) || file.deviation.size() != file.mean.size()) refuse({name, 0, "normalization"}, fmt::format("{} means, expected {}", file.mean.size(), sizes.features));
   model.reference = {file.skeleton, rate, file.mean, file.deviation};
-  const int effectors = EndEffectors(model.reference).count();
+  int effectors = 0;
+  try {
+    effectors = EndEffectors(model.reference).count();
+  } catch (const Error& e) {
+    throw e.in_file(name);
+  }
   if (effectors != sizes.effectors) refuse({name, 0, "skeleton/roles"}, fmt::format("{} end effectors, expected the network's {}", effectors, sizes.effectors));
   model.effector_mean = effector_values(file, "mean", 6 * sizes.effectors, name);
   model.effector_deviation = effector_values(file, "deviation", 6 * sizes.effectors, name);
@@ -63,32 +70,17 @@ Refining::Refining(const Model& model)
 
 Clip Refining::operator()(const Clip& piece) {
   const torch::NoGradGuard no_grad;
-  const auto& [skeleton, rate, mean, deviation] = model_.reference;
-  if (!piece.skeleton->same_as(*skeleton, 1e-5)) refuse({{}, 0, "clip " + piece.name}, "another skeleton than the one the refiner was trained on");
-  if (std::abs(piece.frame_rate_hz - rate) > 1e-6 * rate) refuse({{}, 0, "clip " + piece.name}, fmt::format("{} Hz, expected the refiner's {} Hz", piece.frame_rate_hz, rate));
+  train::check_alike(*piece.skeleton, piece.frame_rate_hz, model_.reference, {{}, 0, "clip " + piece.name}, "the refiner");
   if (piece.contacts.size() != piece.frames()) throw Error(Exit::internal, {}, "refining: a piece without contacts");
-  if (!decode_) decode_ = std::make_unique<features::StateDecoder>(skeleton, rate, features::placement_of(piece));
+  if (!decode_) decode_ = std::make_unique<features::StateDecoder>(model_.reference.skeleton, model_.reference.frame_rate_hz, features::placement_of(piece));
   const features::FeatureMatrix x = encode_(piece);
-  const std::int64_t columns = x.cols();
-  const torch::Tensor rows = torch::empty({x.rows(), 1, columns + train::kContactBits});
-  float* to = rows.data_ptr<float>();
-  for (Eigen::Index t = 0; t < x.rows(); ++t) {
-    for (std::int64_t c = 0; c < columns; ++c) *to++ = static_cast<float>((x(t, c) - mean[static_cast<std::size_t>(c)]) / deviation[static_cast<std::size_t>(c)]);
-    for (const std::uint8_t down : piece.contacts[static_cast<std::size_t>(t)]) *to++ = down ? 1.0f : 0.0f;
-  }
+  const torch::Tensor rows = train::standardised(x, piece.contacts, model_.reference).unsqueeze(1);
   const torch::Tensor effectors = end_effectors_(rows, before_);
   before_ = effectors[x.rows() - 1].narrow(1, 0, 3 * end_effectors_.count()).clone();
   auto [out, state] = model_.network->forward(rows, (effectors - model_.effector_mean) / model_.effector_deviation, state_, cell_);
   state_ = state.clone();
-  features::FeatureMatrix y(x.rows(), x.cols());
-  std::vector<std::array<std::uint8_t, 2>> contacts;
   const torch::Tensor values = out.contiguous();
-  const float* from = values.data_ptr<float>();
-  for (Eigen::Index t = 0; t < y.rows(); ++t) {
-    for (std::int64_t c = 0; c < columns; ++c) y(t, c) = static_cast<double>(*from++) * deviation[static_cast<std::size_t>(c)] + mean[static_cast<std::size_t>(c)];
-    contacts.push_back({static_cast<std::uint8_t>(from[0] > 0.5f), static_cast<std::uint8_t>(from[1] > 0.5f)});
-    from += train::kContactBits;
-  }
+  auto [y, contacts] = train::raw_states(values.data_ptr<float>(), x.rows(), model_.reference);
   Clip clip = (*decode_)(y);
   clip.contacts = std::move(contacts);
   return clip;

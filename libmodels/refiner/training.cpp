@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 using torch::Tensor;
 
-enum Draw : std::uint64_t { kReal = 1, kGenerated = 2, kNoise = 3, kBuffer = 4, kFill = 5 };
+enum Draw : std::uint64_t { kReal = 101, kGenerated = 102, kNoise = 103, kBuffer = 104, kFill = 105 };  // the networks draw their weights from the streams below
 enum Balance : std::int64_t { kRatio = 0, kSince = 1, kFigures = 2 };
 
 // The log's columns: those of the other network keep what they were.
@@ -86,8 +86,19 @@ RefinerTraining::RefinerTraining(RefinerConfig network, TrainingConfig config, c
   balance_ = torch::zeros({kFigures + static_cast<std::int64_t>(kTerms.size())});
   balance_[kRatio] = config_.ratio;
   const torch::NoGradGuard no_grad;
-  const Tensor first = train::draw_states(generated_, config_.buffer, config_.window, config_.seed, stream_of(kFill, 0)).rows;
-  buffer_ = refined(first, nullptr).transpose(0, 1).contiguous();
+  const Tensor first = windows(generated_, config_.buffer, stream_of(kFill, 0));
+  buffer_ = torch::empty({config_.buffer, config_.window, network_.columns()});
+  const auto packed = std::make_shared<nn::PackedLstmCell>(*refiner_->lstm, false);
+  for (std::int64_t at = 0; at < config_.buffer; at += config_.batch) {
+    const std::int64_t count = std::min(config_.batch, config_.buffer - at);
+    buffer_.narrow(0, at, count).copy_(refined(first.narrow(1, at, count), packed).transpose(0, 1));
+  }
+  (void)windows(real_, 1, 0);  // refused now rather than in the first step
+}
+
+// A padded window would show a pose that glides on, which is what the discriminator has to find: only whole ones are drawn.
+Tensor RefinerTraining::windows(const train::StateDataset& data, std::int64_t count, std::uint64_t stream) const {
+  return train::draw_states(data, count, config_.window, config_.seed, stream, train::ShortClips::left_out).rows;
 }
 
 Tensor RefinerTraining::effectors(const Tensor& rows) const { return (end_effectors_(rows) - effector_mean_) / effector_deviation_; }
@@ -143,12 +154,12 @@ void RefinerTraining::prepare(std::int64_t step) {
   packed_refiner_ = std::make_shared<nn::PackedLstmCell>(*refiner_->lstm);
   packed_discriminator_ = std::make_unique<Discriminator::Packed>(*discriminator_);
   if (!discriminating_) {
-    fake_ = train::draw_states(generated_, config_.batch, config_.window, config_.seed, stream(kGenerated)).rows;
+    fake_ = windows(generated_, config_.batch, stream(kGenerated));
     return;
   }
   const torch::NoGradGuard no_grad;
   const std::int64_t half = config_.batch / 2;
-  const Tensor fresh = refined(train::draw_states(generated_, half, config_.window, config_.seed, stream(kGenerated)).rows, packed_refiner_);
+  const Tensor fresh = refined(windows(generated_, half, stream(kGenerated)), packed_refiner_);
   // Other motions of the buffer than those that the fresh ones replace would do as well: it is the same draw.
   Random random(config_.seed, stream(kBuffer));
   std::vector<std::int64_t> places(static_cast<std::size_t>(config_.buffer));
@@ -159,7 +170,7 @@ void RefinerTraining::prepare(std::int64_t step) {
   const Tensor old = buffer_.index_select(0, chosen).transpose(0, 1);
   fake_ = torch::stack({fresh, old}, 2).flatten(1, 2).contiguous();  // in turns, so that every shard has as many of both
   buffer_.index_copy_(0, chosen, fresh.transpose(0, 1).contiguous());
-  truth_ = train::draw_states(real_, config_.batch, config_.window, config_.seed, stream(kReal)).rows;
+  truth_ = windows(real_, config_.batch, stream(kReal));
 }
 
 Tensor RefinerTraining::shard_loss(int shard, train::LossTerms& terms) {

@@ -2,10 +2,10 @@
 //
 //   refiner        E = mean -log D(R(x)) + lambda mean |root(x) - root(R(x))|^2       eq. 9 and 13, lambda 20; root positions in metres over the window
 //   discriminator  E = (mean -log(1 - D(R(x))) + mean -log D(x_real)) / 2              eq. 10, halved: the "softmax loss" whose limits steer the training, log 2 where D knows nothing
-// Means over the frames of all windows.
+// Means over the frames of all windows. Clips shorter than a window are left out.
 //
 // In the beginning both are updated 75 times in turns. After that one update of the discriminator follows every n of the refiner: n = 5, doubled after a discriminator loss below 0.01,
-// halved after one above 1 (kept within 1..80). Half of the refined motions that the discriminator sees are made by the refiner as it is, half come from a buffer of 320 made by earlier ones,
+// halved (5 to 2) after one above 1, kept within 1..80. Half of the refined motions that the discriminator sees are made by the refiner as it is, half come from a buffer of 320 made by earlier ones,
 // of which as many are then replaced by the new. RMSProp, 0.002 and 0.005, decay 0.9.
 //
 // The contact bits that the discriminator sees carry noise of deviation 0.1, those of real motion too: a refined bit is a number near 0 or 1, and exactness alone would give it away.
@@ -34,7 +34,7 @@ nlohmann::json to_json(const TrainingConfig& config);
 
 class RefinerTraining final : public train::Trainable {
  public:
-  // Features, effectors and rate follow the data. `generated` has the real data's reference; `generator` says where it came from (part of the identity).
+  // Features, effectors and rate follow the data. `generated` has the real data's reference; `generator` says where it came from (part of the identity). Error(data) where no clip of either is as long as a window, and for a body without feet.
   RefinerTraining(RefinerConfig network, TrainingConfig config, const train::StateDataset& real, const train::StateDataset& generated, nlohmann::json generator);
 
   const RefinerNetwork& refiner() const { return *refiner_; }
@@ -54,6 +54,7 @@ class RefinerTraining final : public train::Trainable {
   void updated(const train::LossTerms& terms) override;
 
  private:
+  torch::Tensor windows(const train::StateDataset& data, std::int64_t count, std::uint64_t stream) const;  // (T, count, D + 2)
   torch::Tensor effectors(const torch::Tensor& rows) const;  // standardised
   torch::Tensor refined(const torch::Tensor& rows, std::shared_ptr<const nn::PackedLstmCell> packed) const;
 

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
@@ -103,8 +104,12 @@ LoopResult run(Trainable& model, const LoopOptions& options, const std::function
     });
     LossTerms sums = terms[0];
     for (std::size_t i = 0; i < sums.size(); ++i) sums[i].second = gradient.figures[i];
-    if (std::isfinite(model.entry_limit())) clip_entries(gradient.gradients, model.entry_limit());
-    const double norm = clip_gradients(gradient.gradients, model.gradient_limit());
+    const bool by_entry = std::isfinite(model.entry_limit());
+    const double norm = clip_gradients(gradient.gradients, by_entry ? std::numeric_limits<double>::infinity() : model.gradient_limit());
+    if (by_entry) {
+      clip_entries(gradient.gradients, model.entry_limit());
+      clip_gradients(gradient.gradients, model.gradient_limit());
+    }
     if (!std::isfinite(gradient.loss) || !std::isfinite(norm))
       throw Error(Exit::data, {options.output, 0, {}}, fmt::format("the training diverged at step {}: {} is not finite", step + 1, culprit(sums, gradient.loss)),
                   checkpoints.last().empty() ? "no checkpoint was written yet; try a smaller --learning-rate" : "last good checkpoint: " + checkpoints.last());

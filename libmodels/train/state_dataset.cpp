@@ -61,39 +61,64 @@ StateBatch empty_batch(const StateDataset& data, std::int64_t count, std::int64_
 
 }  // namespace
 
+void check_alike(const Skeleton& skeleton, double frame_rate_hz, const StateReference& reference, const Where& where, const std::string& of) {
+  if (!skeleton.same_as(*reference.skeleton, 1e-5)) refuse(where, "another skeleton than " + of + "'s");
+  if (std::abs(frame_rate_hz - reference.frame_rate_hz) > 1e-6 * reference.frame_rate_hz) refuse(where, fmt::format("{} Hz, expected {}'s {} Hz", frame_rate_hz, of, reference.frame_rate_hz));
+}
+
+torch::Tensor standardised(const features::FeatureMatrix& x, std::span<const std::array<std::uint8_t, 2>> contacts, const StateReference& reference) {
+  torch::Tensor rows = torch::empty({x.rows(), x.cols() + kContactBits});
+  float* out = rows.data_ptr<float>();
+  for (Eigen::Index t = 0; t < x.rows(); ++t) {
+    for (Eigen::Index c = 0; c < x.cols(); ++c) *out++ = static_cast<float>((x(t, c) - reference.mean[static_cast<std::size_t>(c)]) / reference.deviation[static_cast<std::size_t>(c)]);
+    for (const std::uint8_t down : contacts[static_cast<std::size_t>(t)]) *out++ = down ? 1.0f : 0.0f;
+  }
+  return rows;
+}
+
+RawStates raw_states(const float* rows, std::int64_t count, const StateReference& reference) {
+  RawStates out{features::FeatureMatrix(count, static_cast<Eigen::Index>(reference.mean.size())), {}};
+  for (Eigen::Index t = 0; t < out.features.rows(); ++t) {
+    for (Eigen::Index c = 0; c < out.features.cols(); ++c) out.features(t, c) = static_cast<double>(*rows++) * reference.deviation[static_cast<std::size_t>(c)] + reference.mean[static_cast<std::size_t>(c)];
+    out.contacts.push_back({static_cast<std::uint8_t>(rows[0] > 0.5f), static_cast<std::uint8_t>(rows[1] > 0.5f)});
+    rows += kContactBits;
+  }
+  return out;
+}
+
 StateDataset::StateDataset(const std::string& path, const std::optional<StateReference>& like) {
   const store::ArchiveReader reader(path, store::Caching::in_order);
+  name_ = reader.name();
   header_ = reader.header();
   file_sha256_ = reader.file_sha256();
-  if (reader.size() == 0) refuse({reader.name(), 0, {}}, "0 clips, expected at least one");
-  std::vector<Clip> clips;
-  for (std::size_t i = 0; i < reader.size(); ++i) clips.push_back(reader.read(i));
-  build(reader.name(), std::move(clips), like);
   digest_ = reader.digest();
+  build(reader.size(), [&](std::size_t i) { return reader.read(i); }, like);
 }
 
-StateDataset::StateDataset(const std::string& name, std::vector<Clip> clips, const StateReference& like) {
-  if (clips.empty()) refuse({name, 0, {}}, "0 clips, expected at least one");
-  header_.skeleton = clips[0].skeleton;
-  header_.frame_rate_hz = clips[0].frame_rate_hz;
-  Sha256 digest;
-  for (const Clip& clip : clips) digest.update(to_hex(store::clip_digest(clip)));
-  digest_ = to_hex(digest.finish());
-  build(name, std::move(clips), like);
-}
-
-void StateDataset::build(const std::string& name, std::vector<Clip> clips, const std::optional<StateReference>& like) {
-  if (header_.skeleton->joint_count() < 2) refuse({name, 0, "skeleton"}, "1 joint, expected a root and at least one more");
-  if (like) {
-    if (!header_.skeleton->same_as(*like->skeleton, 1e-5)) refuse({name, 0, "skeleton"}, "another skeleton than the one trained on");
-    if (std::abs(header_.frame_rate_hz - like->frame_rate_hz) > 1e-6 * like->frame_rate_hz)
-      refuse({name, 0, {}}, fmt::format("{} Hz, expected {} Hz as trained on", header_.frame_rate_hz, like->frame_rate_hz));
+StateDataset::StateDataset(const std::string& name, std::vector<Clip> clips, const StateReference& like) : name_(name) {
+  if (!clips.empty()) {
+    header_.skeleton = clips[0].skeleton;
+    header_.frame_rate_hz = clips[0].frame_rate_hz;
   }
+  Sha256 digest;
+  for (const Clip& clip : clips) {
+    clip.validate(name);
+    digest.update(to_hex(store::clip_digest(clip)));
+  }
+  digest_ = to_hex(digest.finish());
+  build(clips.size(), [&](std::size_t i) { return std::move(clips[i]); }, like);
+}
+
+void StateDataset::build(std::size_t count, const std::function<Clip(std::size_t)>& read, const std::optional<StateReference>& like) {
+  if (count == 0) refuse({name_, 0, {}}, "0 clips, expected at least one");
+  if (header_.skeleton->joint_count() < 2) refuse({name_, 0, "skeleton"}, "1 joint, expected a root and at least one more");
+  if (like) check_alike(*header_.skeleton, header_.frame_rate_hz, *like, {name_, 0, {}}, "the training data");
   Moments moments;
   std::vector<features::FeatureMatrix> raw;
   std::vector<std::vector<std::array<std::uint8_t, 2>>> contacts;
   std::set<std::string> sources;
-  for (Clip& clip : clips) {
+  for (std::size_t i = 0; i < count; ++i) {
+    Clip clip = read(i);
     if (clip.frames() < 2) {
       ++left_out_;
       continue;
@@ -101,29 +126,27 @@ void StateDataset::build(const std::string& name, std::vector<Clip> clips, const
     if (clip.contacts.empty()) {
       labelled_here_ = true;
       clip.contacts = label_contacts(clip, contact_preset("default"));
-      if (clip.contacts.empty()) refuse({name, 0, "skeleton"}, "no roles left_foot and right_foot, expected feet that contacts can be labelled of");
+      if (clip.contacts.empty()) refuse({name_, 0, "skeleton"}, "no roles left_foot and right_foot, expected feet that contacts can be labelled of");
     }
     if (!clip.source.sha256.empty()) sources.insert(clip.source.sha256);
     raw.push_back(features::encode_state(clip));
     moments.add(raw.back());
     contacts.push_back(std::move(clip.contacts));
     clips_.push_back({clip.name, {}});
-    clip = {};  // its features are enough
   }
-  if (clips_.empty()) refuse({name, 0, {}}, "no clip of 2 frames or more, expected motion to predict a next frame of");
+  if (clips_.empty()) refuse({name_, 0, {}}, "no clip of 2 frames or more, expected motion to predict a next frame of");
   mean_ = like ? like->mean : moments.mean();
   deviation_ = like ? like->deviation : moments.deviation();
+  const StateReference own = reference();
   for (std::size_t i = 0; i < raw.size(); ++i) {
-    const features::FeatureMatrix& x = raw[i];
-    torch::Tensor rows = torch::empty({x.rows(), x.cols() + kContactBits});
-    float* out = rows.data_ptr<float>();
-    for (Eigen::Index t = 0; t < x.rows(); ++t) {
-      for (Eigen::Index c = 0; c < x.cols(); ++c) *out++ = static_cast<float>((x(t, c) - mean_[static_cast<std::size_t>(c)]) / deviation_[static_cast<std::size_t>(c)]);
-      for (const std::uint8_t down : contacts[i][static_cast<std::size_t>(t)]) *out++ = down ? 1.0f : 0.0f;
-    }
-    clips_[i].rows = rows;
+    clips_[i].rows = standardised(raw[i], contacts[i], own);
+    raw[i].resize(0, 0);
   }
   sources_.assign(sources.begin(), sources.end());
+}
+
+std::size_t StateDataset::shorter_than(std::int64_t frames) const {
+  return static_cast<std::size_t>(std::count_if(clips_.begin(), clips_.end(), [&](const StateClip& c) { return c.rows.size(0) < frames; }));
 }
 
 std::string StateDataset::contacts_rule() const { return header_.contacts_rule.empty() ? "preset:default" : header_.contacts_rule; }
@@ -134,10 +157,11 @@ std::int64_t StateDataset::frames() const {
   return n;
 }
 
-StateBatch draw_states(const StateDataset& data, std::int64_t count, std::int64_t frames, std::uint64_t seed, std::uint64_t stream) {
+StateBatch draw_states(const StateDataset& data, std::int64_t count, std::int64_t frames, std::uint64_t seed, std::uint64_t stream, ShortClips short_clips) {
   Random random(seed, stream);
   std::vector<std::int64_t> places;  // of the clips up to and with each
-  for (const auto& c : data.clips()) places.push_back((places.empty() ? 0 : places.back()) + std::max<std::int64_t>(1, c.rows.size(0) - frames + 1));
+  for (const auto& c : data.clips()) places.push_back((places.empty() ? 0 : places.back()) + std::max<std::int64_t>(short_clips == ShortClips::padded ? 1 : 0, c.rows.size(0) - frames + 1));
+  if (places.back() == 0) refuse({data.name(), 0, {}}, fmt::format("no clip of {} frames or more, expected at least one as long as the windows", frames));
   StateBatch batch = empty_batch(data, count, frames);
   for (std::int64_t b = 0; b < count; ++b) {
     const auto at = static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(places.back())));

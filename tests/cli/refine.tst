@@ -37,6 +37,7 @@
 0 . refine --pin-feet w.bvh -o - | motion-export -q - -o out && ls out/*.bvh
 
 # contacts
+0 true train-refiner -q c.h5 --generator g.h5 --samples 8 --sample-frames 20 --batch 4 --buffer 8 --window 8 --steps 2 --no-contacts -o blind.h5 && refine -q -m blind.h5 c.h5 -o ob2.h5 && ./q 'same(a[0], a[1], "frames/contacts") and text(a[0].f.attrs["contacts"]) == "preset:default"' ob2.h5 c.h5
 0 ~2.clips.without.contacts.were.labelled.by.the.rule.default refine -m r.h5 bare.h5 -o ob.h5
 0 true ./q 'same(a[0], a[1], "frames/rotations")' ob.h5 o.h5
 0 true refine -q --pin-feet --contacts holden c.h5 -o holden.h5 && ./q 'text(a[0].f.attrs["contacts"]) == "preset:holden" and not same(a[0], a[1], "frames/contacts")' holden.h5 c.h5
@@ -49,6 +50,7 @@
 2 ~no.output.given refine -m r.h5 c.h5
 2 ~-m.-.and.the.input.- refine -m - - -o x.h5 < c.h5
 2 ~expected.one.of refine --pin-feet --contacts guess c.h5 -o x.h5
+2 ~--blend-seconds refine --pin-feet --blend-seconds 11 c.h5 -o x.h5
 2 ~requires.--pin-feet refine -m r.h5 --blend-seconds 1 c.h5 -o x.h5
 
 # bad input

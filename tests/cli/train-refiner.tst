@@ -17,9 +17,9 @@
 # setup: print(eval(sys.argv[1], {**globals(), "m": [Model(p) for p in sys.argv[2:]]}))
 # setup: END
 # setup: cat > stop <<'END'
-# setup: # stop SIGNAL COMMAND... -o FILE: sends the signal once the first checkpoint is there
-# setup: signal=$1; shift; "$@" --checkpoint-minutes 0.001 & p=$!
-# setup: for i in $(seq 3000); do ls stopped.h5.ckpt-? > /dev/null 2>&1 && break; kill -0 $p 2>/dev/null || break; sleep 0.01; done
+# setup: # stop SIGNAL COMMAND... -o stopped.h5: sends the signal once a checkpoint newer than now is there
+# setup: signal=$1; shift; touch before; "$@" --checkpoint-minutes 100 --checkpoint-epochs 2 & p=$!
+# setup: for i in $(seq 6000); do [ -n "$(find . -name 'stopped.h5.ckpt-?' -newer before)" ] && break; kill -0 $p 2>/dev/null || break; sleep 0.01; done
 # setup: kill -$signal $p; wait $p 2>/dev/null; exit $?
 # setup: END
 # setup: printf '#!/bin/sh\nexec /usr/bin/python3 q.py "$@"\n' > q; chmod +x q; echo True > true; printf 'a.h5\na.h5.log.tsv\n' > files
@@ -37,10 +37,13 @@
 0 ~refiner motion-info a.h5
 0 . motion-info --check full a.h5
 
-# interrupted and continued, past the beginning: the same bytes, the buffer and the balance of the two included
+# interrupted and continued, both times after the first 150 updates: the same bytes, so buffer and balance of the two came along
 75 . sh ./stop TERM ./t c.h5 --generator g.h5 --steps 600 -j 1 -o stopped.h5
 137 . sh ./stop KILL ./t c.h5 --generator g.h5 --steps 600 -j 2 --resume -o stopped.h5
 0 . ./t c.h5 --generator g.h5 --steps 600 -j 2 --resume -o stopped.h5 && ./t c.h5 --generator g.h5 --steps 600 -j 2 -o whole.h5 && cmp stopped.h5 whole.h5 && cmp stopped.h5.log.tsv whole.h5.log.tsv
+
+# clips shorter than a window are left out
+0 ~1.clips.of.less.than.--window.8.frames motion-select -q c.h5 --name '*walk*' --head 1 --time 0:0.1 -o part.h5 && motion-select -q c.h5 --name '*jog*' -o jogs.h5 && motion-merge -q jogs.h5 part.h5 -o mixed.h5 && train-refiner mixed.h5 --generator g.h5 --batch 4 --window 8 --buffer 8 --samples 8 --sample-frames 20 --steps 1 -o mixed-model.h5
 
 # any generator
 0 true ./t c.h5 --generator mc.h5 --steps 4 -o mcr.h5 && ./q 'm[0].json("config")["generator"]["kind"] == "motion-cell"' mcr.h5 && sample -q -m mc.h5 -n 4 --frames 30 -o - | refine -q -m mcr.h5 - -o mcs.h5 && motion-info --check full mcs.h5 > /dev/null
@@ -56,6 +59,8 @@
 2 ~no.output.given ./t c.h5 --generator g.h5
 2 ~'-' ./t c.h5 --generator g.h5 -o -
 2 ~even.number train-refiner c.h5 --generator g.h5 --batch 5 -o x.h5
+2 ~motions.as.long.as.a.window ./t c.h5 --generator g.h5 --window 21 -o x.h5
+2 ~frames.in.all train-refiner c.h5 --generator g.h5 --samples 1000000 --sample-frames 1000000 -o x.h5
 2 ~a.buffer.of.1 train-refiner c.h5 --generator g.h5 --buffer 1 -o x.h5
 2 ~--generator.- ./t - --generator - -o x.h5 < c.h5
 2 ~is.a.file.that.the.training.reads ./t c.h5 --generator g.h5 -f -o g.h5
@@ -70,6 +75,7 @@
 3 ~kind.'refiner',.expected.one.that.generates ./t c.h5 --generator a.h5 -o x.h5
 3 ~^train-refiner:.g\.h5.*60.Hz ./t fast.h5 --generator g.h5 -o x.h5
 3 ~^train-refiner:.g\.h5.*another.skeleton ./t rig.h5 --generator g.h5 -o x.h5
+3 ~^train-refiner:.short\.h5:.no.clip.of.8.frames motion-select -q c.h5 --time 0:0.1 -o short.h5 && ./t short.h5 --generator g.h5 -o x.h5
 3 ~^train-refiner:.frame\.h5:.no.clip.of.2.frames ./t frame.h5 --generator g.h5 -o x.h5
 1 . test -e x.h5
 

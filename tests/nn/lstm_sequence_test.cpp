@@ -49,6 +49,9 @@ TEST_P(Cells, SequencesAndGradientsFollowTheDefinition) {
   const std::vector<Tensor> inputs{x, s0, cell.weight_ih, cell.weight_hh, cell.bias};
   const auto ga = torch::autograd::grad({(a * weight).sum()}, inputs), gb = torch::autograd::grad({(b * weight).sum()}, inputs);
   for (std::size_t i = 0; i < ga.size(); ++i) EXPECT_LT((ga[i] - gb[i]).abs().max().item<double>(), 1e-13) << i;
+  const auto held_fixed = torch::autograd::grad({(lstm_sequence(cell, x, s0) * weight).sum()}, {x, s0});
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_TRUE(torch::equal(held_fixed[i], ga[i]));
+  EXPECT_TRUE(torch::equal(torch::autograd::grad({(lstm_sequence(cell, x, s0) * weight).sum()}, {cell.weight_hh})[0], ga[3]));
 }
 
 TEST_P(Cells, FiniteDifferences) {

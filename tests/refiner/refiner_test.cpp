@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/clip/ground.hpp"
@@ -246,6 +247,13 @@ TEST(Model, WhatIsNotARefinerIsRefused) {
   EXPECT_NE(spoilt([](auto& f) { f.weights.at("effectors/deviation").values[3] = 0; }).find("effectors/deviation"), std::string::npos);
   EXPECT_NE(spoilt([](auto& f) { f.weights.erase("refiner/output/0/bias"); }).find("m.h5"), std::string::npos);
   EXPECT_NE(spoilt([](auto& f) { f.mean.pop_back(); }).find("normalization"), std::string::npos);
+  EXPECT_NE(spoilt([](auto& f) {
+              auto s = std::make_shared<Skeleton>(*f.skeleton);
+              s->roles.erase("right_foot");
+              f.skeleton = s;
+            }).find("m.h5:skeleton/roles: no right_foot"),
+            std::string::npos);
+  EXPECT_NE(spoilt([](auto& f) { f.config.replace(f.config.find("preset:default"), 14, "preset:unknown"); }).find("m.h5:config"), std::string::npos);
 }
 
 // Runs steps by hand, as the loop does; one update of size 0, so that only the schedule is seen.
@@ -336,6 +344,25 @@ TEST(Training, TheDiscriminatorLearnsToTellRealFromGenerated) {
   }
   EXPECT_NEAR(first, std::log(2.0), 0.1);
   EXPECT_LT(last, 0.2);
+}
+
+TEST(Training, ShortClipsAreNotShownPadded) {
+  std::vector<Clip> clips = motions(2, 300, 5);  // 5 and 6 frames
+  clips.push_back(motions(1, 7)[0]);
+  const train::StateDataset mixed("generator", clips, data().real->reference());
+  EXPECT_EQ(mixed.shorter_than(8), 2u);
+  RefinerTraining training(tiny(), short_training(), *data().real, mixed, {});
+  const train::StateBatch batch = train::draw_states(mixed, 50, 8, 1, 2, train::ShortClips::left_out);
+  EXPECT_EQ(batch.mask.sum().item<double>(), 400);
+  const train::StateDataset brief("brief.h5", motions(2, 300, 5), data().real->reference());
+  EXPECT_NE(refusal([&] { RefinerTraining(tiny(), short_training(), *data().real, brief, {}); }).find("brief.h5: no clip of 8 frames"), std::string::npos);
+  EXPECT_NE(refusal([&] { RefinerTraining(tiny(), short_training(), brief, *data().generated, {}); }).find("no clip of 8 frames"), std::string::npos);
+}
+
+TEST(Training, MotionThatHasBlownUpIsNamed) {
+  std::vector<Clip> clips = motions(2, 300);
+  clips[1].root_position[3].x() = std::nan("");
+  EXPECT_NE(refusal([&] { train::StateDataset("generator.h5", clips, data().real->reference()); }).find("generator.h5"), std::string::npos);
 }
 
 TEST(Training, SettingsThatCannotBeAreRefused) {

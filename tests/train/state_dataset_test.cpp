@@ -112,7 +112,7 @@ TEST(StateDataset, Refusals) {
   fast.frame_rate_hz = 60;
   write_archive(folder / "fast.h5", {fast});
   const StateDataset train(motions().path);
-  EXPECT_NE(refusal([&] { StateDataset(folder / "fast.h5", train.reference()); }).find("60 Hz, expected 30 Hz"), std::string::npos);
+  EXPECT_NE(refusal([&] { StateDataset(folder / "fast.h5", train.reference()); }).find("60 Hz, expected the training data's 30 Hz"), std::string::npos);
 }
 
 }  // namespace
