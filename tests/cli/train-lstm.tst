@@ -82,7 +82,6 @@
 3 ~^train-lstm:.a\.h5 ./t a.h5 -o x.h5
 3 ~60.Hz,.expected.the.training.data's.30.Hz ./t c.h5 --val fast.h5 -o x.h5
 3 ~another.skeleton ./t c.h5 --val rig.h5 -o x.h5
-3 ~weights/start cp a.h5 spoilt.h5; /usr/bin/python3 -c 'import h5py; f = h5py.File("spoilt.h5", "r+"); del f["weights/start"]' && ./t c.h5 --init-from spoilt.h5 --steps 1 -o x.h5
 3 ~diverged.at.step ./t c.h5 --steps 50 --learning-rate 1e30 -o div.h5
 1 . test -e x.h5 -o -e div.h5
 

@@ -59,7 +59,7 @@
 2 ~no.output.given ./t c.h5 --generator g.h5
 2 ~'-' ./t c.h5 --generator g.h5 -o -
 2 ~even.number train-refiner c.h5 --generator g.h5 --batch 5 -o x.h5
-2 ~motions.as.long.as.a.window ./t c.h5 --generator g.h5 --window 21 -o x.h5
+2 ~motions.as.long.as.a.window train-refiner c.h5 --generator g.h5 --sample-frames 20 --window 21 -o x.h5
 2 ~frames.in.all train-refiner c.h5 --generator g.h5 --samples 1000000 --sample-frames 1000000 -o x.h5
 2 ~a.buffer.of.1 train-refiner c.h5 --generator g.h5 --buffer 1 -o x.h5
 2 ~--generator.- ./t - --generator - -o x.h5 < c.h5

@@ -80,10 +80,16 @@ void train_steps(LstmGmmTraining& training, std::int64_t steps) {
 }
 
 TEST(LstmGmmTraining, LearnsAMotionBetterThanStandingStill) {
-  LstmGmmTraining training(tiny(), short_training(), *data().set, data().set.get());
+  TrainingConfig c = short_training();
+  c.steps = 700;
+  c.window = 60;
+  c.rate = 5e-3;
+  LstmGmmConfig network = tiny();
+  network.hidden = network.width = 48;
+  LstmGmmTraining training(network, c, *data().set, data().set.get());
   const Prediction before = prediction(training.network(), *data().set);
   EXPECT_EQ(training.validation_loss().value(), before.nats);
-  train_steps(training, 200);
+  train_steps(training, c.steps);
   const Prediction after = prediction(training.network(), *data().set);
   EXPECT_LT(after.nats, before.nats - 30);
   EXPECT_LT(after.angle_deg, 0.8 * after.persistence_deg);
