@@ -434,6 +434,7 @@ TEST(BaselineTraining, LossFalls) {
     TrainingConfig config = tiny_training(arch, 250);
     config.gradient_limit = 10;
     config.learning_rate.rate = 5e-3;
+    config.own_output.to = std::min(config.own_output.to, 0.75);  // on its own output alone the loss is that of free running, which 250 steps do not bring down as far
     const TemporaryFolder folder;
     train::LoopOptions options;
     options.output = folder / "m.h5";

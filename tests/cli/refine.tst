@@ -44,6 +44,11 @@
 0 . refine -q -m r.h5 frame.h5 -o of.h5 && motion-info --check full of.h5
 0 . refine -q --pin-feet frame.h5 -o pf.h5 && motion-info --check full pf.h5
 
+# reading motion files
+0 . refine -q --pin-feet w.bvh --unit m --up z --first-frame keep --lenient --device cpu -f -o w.h5
+0 true printf 'pattern\trate\nw.bvh\t15\n' > rates.tsv; refine -q --pin-feet w.bvh --fps-override rates.tsv -o rated.h5 && ./q 'a[0].f.attrs["frame_rate_hz"] == 15' rated.h5
+0 true refine -q --pin-feet $DATA/asf/human.amc --asf $DATA/asf/human.asf -o amc.h5 && ./q '[i["path"] for i in a[0].history()[-1]["inputs"]] == ["human.amc", "human.asf"]' amc.h5
+
 # usage
 2 ~neither.-m.nor.--pin-feet refine c.h5 -o x.h5
 2 ~no.input.given refine -m r.h5 -o x.h5
