@@ -15,7 +15,7 @@
 #include "libmocap/store/archive.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/refiner/model.hpp"
-#include "libmodels/tools/training_tool.hpp"
+#include "libmodels/tools/history_input.hpp"
 
 namespace {
 

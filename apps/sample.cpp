@@ -14,7 +14,7 @@
 #include "libmocap/store/archive.hpp"
 #include "libmodels/generators/generator.hpp"
 #include "libmodels/nn/blas.hpp"
-#include "libmodels/tools/training_tool.hpp"
+#include "libmodels/tools/history_input.hpp"
 
 namespace {
 

@@ -66,6 +66,4 @@ Exit TrainingTool::train(cli::Context& context, train::Trainable& training, Hist
   return Exit::interrupted;
 }
 
-HistoryInput history_input(const std::string& path, const std::string& sha256) { return {path == "-" ? "<stdin>" : path.substr(path.rfind('/') + 1), sha256}; }
-
 }  // namespace mocap::tools

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libmocap/cli/tool.hpp"
+#include "libmodels/tools/history_input.hpp"
 #include "libmodels/train/loop.hpp"
 
 namespace mocap::tools {
@@ -31,8 +32,5 @@ class TrainingTool : public cli::Tool {
   double checkpoint_minutes_ = 5;
   std::int64_t checkpoint_epochs_ = 0, val_epochs_ = 10;
 };
-
-// A file as history names it: its base name, "<stdin>" for "-".
-HistoryInput history_input(const std::string& path, const std::string& sha256);
 
 }  // namespace mocap::tools
