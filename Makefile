@@ -4,7 +4,7 @@ BUILD := build/$(PRESET)
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 
-.PHONY: all deps tools build test demo pipeline table2 bench install docs clean
+.PHONY: all deps tools build test demo pipeline table2 refinement bench install docs clean
 all: build
 
 deps:
@@ -30,6 +30,9 @@ pipeline: tools
 
 table2: tools
 	@$(MAKE) --no-print-directory -f scripts/table2.mk BIN=$(BUILD)/bin
+
+refinement: tools
+	@$(MAKE) --no-print-directory -f scripts/refinement.mk BIN=$(BUILD)/bin
 
 bench: build
 	scripts/bench.sh $(BUILD)

@@ -41,7 +41,8 @@ class TrainLstm final : public tools::TrainingTool {
   void options(CLI::App& app) override {
     app.add_option("--preset", preset_, "paper (layers of 512, 30,000 steps) or small (256, 6,000)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_option("--cell", cell_, "what the gates of the LSTM see: its memory and its output (paper), or its output alone (standard)")->check(cli::one_of({"paper", "standard"}))->capture_default_str();
-    app.add_option("--init-from", init_, "start from the weights and the normalisation of this model, which decides preset's sizes and --cell")->check(cli::path());
+    app.add_option("--means", means_, "what the means of the mixture are: the change from the frame before (change), or the pose itself as in the paper (pose)")->check(cli::one_of({"change", "pose"}))->capture_default_str();
+    app.add_option("--init-from", init_, "start from the weights and the normalisation of this model, which decides preset's sizes, --cell and --means")->check(cli::path());
     app.add_option("--val", validation_, "archive that loss and one-step error are found on, without effect on the weights")->check(cli::path());
     app.add_option("--steps", steps_, "optimiser steps (preset)")->check(cli::whole(1, 1000000000, "STEPS"));
     app.add_option("--batch", c_.batch, "windows in a batch")->check(cli::whole(1, 65536, "CLIPS"))->capture_default_str();
@@ -57,6 +58,7 @@ class TrainLstm final : public tools::TrainingTool {
     if (init_ == "-" && input == "-") refuse_usage("--init-from - and the archive from standard input, expected one of them to be a file");
     lstm_gmm::LstmGmmConfig network = lstm_gmm::LstmGmmConfig::preset(preset_);
     network.cell = lstm_gmm::parse_cell(cell_);
+    network.means = lstm_gmm::parse_means(means_);
     lstm_gmm::Model init;
     std::string init_digest;
     History before;
@@ -103,7 +105,7 @@ class TrainLstm final : public tools::TrainingTool {
                                 p.angle_deg, p.persistence_deg, 100 * p.contact_errors));
   }
 
-  std::string preset_ = "small", cell_ = "paper", init_, validation_;
+  std::string preset_ = "small", cell_ = "paper", means_ = "change", init_, validation_;
   std::optional<std::int64_t> steps_;
   lstm_gmm::TrainingConfig c_;
 };

@@ -83,8 +83,18 @@ ClipFigures clip_figures(const Clip& clip) {
       for (std::size_t j = 0; j < joints; ++j) jerk += (last[0][j] - 3 * last[1][j] + 3 * last[2][j] - last[3][j]).norm();
   }
   const std::size_t steps = frames > 0 ? frames - 1 : 0;
-  double skate = 0;
-  std::size_t standing = 0, skating = 0;
+  double skate = 0, contact_speed = 0, contact_height = 0;
+  std::size_t standing = 0, skating = 0, contact_steps = 0, contact_frames = 0;
+  const auto down = [&](std::size_t t, std::size_t f) { return t < clip.contacts.size() && clip.contacts[t][f] != 0; };
+  for (std::size_t t = 0; t < frames; ++t)
+    for (std::size_t f = 0; f < 2; ++f) {
+      if (!down(t, f)) continue;
+      contact_height += height[f][t];
+      ++contact_frames;
+      if (!down(t + 1, f)) continue;
+      contact_speed += speed[f][t];
+      ++contact_steps;
+    }
   for (std::size_t t = 0; t < steps; ++t) {
     bool skates = false;
     for (std::size_t f = 0; f < 2; ++f) {
@@ -102,6 +112,8 @@ ClipFigures clip_figures(const Clip& clip) {
     skating += skates;
   }
   out.skate_mps = standing > 0 ? skate / static_cast<double>(standing) : kNaN;
+  out.contact_speed_mps = contact_steps > 0 ? contact_speed / static_cast<double>(contact_steps) : kNaN;
+  out.contact_height_m = contact_frames > 0 ? contact_height / static_cast<double>(contact_frames) : kNaN;
   out.skate_gmd = steps > 0 ? static_cast<double>(skating) / static_cast<double>(steps) : 0;
   out.penetration_m = frames > 0 ? depth / static_cast<double>(frames * joints) : 0;
   out.jerk = frames > 3 ? jerk / static_cast<double>((frames - 3) * joints) * std::pow(clip.frame_rate_hz, 3) : kNaN;

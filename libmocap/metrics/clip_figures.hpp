@@ -17,6 +17,8 @@ struct ClipFigures {
   double skate_mps = 0;      // mean horizontal speed of the foot joints (roles left_foot, right_foot) over steps from t to t+1 that stand, m/s; NaN: none stands
   double skate_gmd = 0;      // share of steps in which a foot skates as guided-motion-diffusion has it: below 0.05 m at both ends, faster than 0.5 m/s horizontally,
                              // and so on the mean of 5 steps around it (0 beyond the ends). Theirs is at 20 Hz; here at the clip's rate
+  double contact_speed_mps = 0;  // as skate_mps, over the steps that the clip's contacts call down at both ends, whatever the height; NaN: no contacts, or none is down
+  double contact_height_m = 0;   // mean height of a foot joint over the frames that it is down in by the clip's contacts, metres; NaN likewise
   double penetration_m = 0;  // mean depth of the joints below the ground over all joints and frames (0 where above), metres
   double jerk = 0;           // mean |third difference of a joint's place in the world| f^3, m/s^3; NaN below 4 frames
   double energy = 0;         // mean of joint_energy (motion_statistics.hpp), rad m / s; NaN below 2 frames

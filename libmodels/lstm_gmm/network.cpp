@@ -37,9 +37,11 @@ Network::Output Network::forward(const Tensor& x, const Tensor& state, const Pac
   return {decoder->forward(s_2.narrow(1, 0, h).contiguous()), torch::cat({s_1.narrow(0, rows - b, b), s_2.narrow(0, rows - b, b)}, 1)};
 }
 
-Mixture Network::mixture(const Tensor& y) const {
+Mixture Network::mixture(const Tensor& y, const Tensor& x) const {
   const std::int64_t m = config_.mixtures, d = config_.features, r = y.size(0);
-  return {y.narrow(1, 0, m).log_softmax(1), y.narrow(1, m, m * d).reshape({r, m, d}), y.narrow(1, m + m * d, m * d).reshape({r, m, d}).clamp_min(kLeastLogSigma), y.narrow(1, m + 2 * m * d, config_.contacts)};
+  Tensor means = y.narrow(1, m, m * d).reshape({r, m, d});
+  if (config_.means == Means::change) means = means + x.narrow(1, 0, d).unsqueeze(1);
+  return {y.narrow(1, 0, m).log_softmax(1), means, y.narrow(1, m + m * d, m * d).reshape({r, m, d}).clamp_min(kLeastLogSigma), y.narrow(1, m + 2 * m * d, config_.contacts)};
 }
 
 Tensor feature_loss(const Mixture& mixture, const Tensor& x) {
@@ -61,7 +63,7 @@ Tensor initial_state(const Network& network, const Tensor& first, const Tensor& 
   train::Adam adam({{"state", state}});
   for (int i = 0; i < steps; ++i) {
     const Tensor s = state.detach().set_requires_grad(true);
-    const Mixture next = network.mixture(network.forward(first, s, &packed).y);
+    const Mixture next = network.mixture(network.forward(first, s, &packed).y, first);
     const Tensor loss = (feature_loss(next, second.narrow(1, 0, d)) + contact_loss(next, second.narrow(1, d, second.size(1) - d))).sum();
     adam.step(torch::autograd::grad({loss}, {s}), rate);
   }

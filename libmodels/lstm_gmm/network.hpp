@@ -2,7 +2,7 @@
 // distribution of the next frame,
 //
 //   p(x_{t+1}) = sum_i w_i N(x_{t+1} | mu_i, diag sigma_i^2)          eq. 6, M = 5
-//   w = softmax(w^), mu = mu^, sigma = exp(sigma^)                    eq. 7
+//   w = softmax(w^), mu = mu^, sigma = exp(sigma^)                    eq. 7; mu = x_t + mu^ with Means::change
 //   P(c_{t+1} = 1) = sigmoid(c^) for each foot                        section 4.3: contacts are predicted beside the features
 //   E = -log p(x_{t+1}) - sum log P(c_{t+1})                          eq. 8, by log-sum-exp over the components
 //
@@ -48,7 +48,7 @@ class Network : public torch::nn::Module {
   };
   // x (T B, input) time-major, state (B, state) before frame 0. Differentiable once with respect to x, state and the parameters; float or double.
   Output forward(const torch::Tensor& x, const torch::Tensor& state, const PackedNetwork* packed = nullptr) const;
-  Mixture mixture(const torch::Tensor& y) const;  // of the rows of FC3's output
+  Mixture mixture(const torch::Tensor& y, const torch::Tensor& x) const;  // of the rows of FC3's output and of the frames that it was given
 
   std::shared_ptr<nn::Mlp> encoder, decoder;  // FC1; FC2 and FC3
   std::shared_ptr<nn::LstmCell> lstm_1, lstm_2;

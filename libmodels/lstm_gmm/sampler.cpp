@@ -56,7 +56,7 @@ class Sampler::Rows {
       lstm->forward(clips, in, h, m, h, m, gates_.data());
     }
     w_.decoder.forward(clips, s.from_column(2 * c_.hidden), {hidden, y});
-    for (std::size_t i = 0; i < static_cast<std::size_t>(clips); ++i) draw(row(y_, i, c_.outputs()), random_[i], row(frame_, i, c_.input()));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(clips); ++i) draw(row(y_, i, c_.outputs()), row(input_, i, c_.input()), random_[i], row(frame_, i, c_.input()));
   }
 
   void move(std::size_t from, std::size_t to) {
@@ -68,7 +68,7 @@ class Sampler::Rows {
  private:
   static float* row(std::vector<float>& rows, std::size_t i, int width) { return rows.data() + i * static_cast<std::size_t>(width); }
 
-  void draw(const float* y, Random& random, float* x) const {
+  void draw(const float* y, const float* seen, Random& random, float* x) const {
     const int m = c_.mixtures, d = c_.features;
     int component = static_cast<int>(std::max_element(y, y + m) - y);
     if (o_.sigma_scale > 0) {
@@ -81,7 +81,7 @@ class Sampler::Rows {
     }
     const float *mean = y + m + component * d, *sigma = y + m + (m + component) * d, *contacts = y + m + 2 * m * d;
     for (int k = 0; k < d; ++k) {
-      x[k] = mean[k];
+      x[k] = c_.means == Means::change ? mean[k] + seen[k] : mean[k];
       if (o_.sigma_scale > 0) x[k] += static_cast<float>(o_.sigma_scale * std::exp(std::max<double>(kLeastLogSigma, sigma[k])) * random.normal());
     }
     for (int k = 0; k < c_.contacts; ++k) x[d + k] = contacts[k] > 0 ? 1.0f : 0.0f;

@@ -147,7 +147,7 @@ Tensor LstmGmmTraining::shard_loss(int shard, train::LossTerms& terms) {
   Random random(config_.seed, stream_of(kNoise, static_cast<std::uint64_t>(step_), static_cast<std::uint64_t>(shard)));
   Tensor input = p.input.clone();
   if (config_.input_noise > 0) input.narrow(1, 0, c.features).add_(nn::normal_tensor({input.size(0), c.features}, random), config_.input_noise);
-  const Mixture next = network_->mixture(network_->forward(input, torch::zeros({last - first, c.state()}), packed_.get()).y);
+  const Mixture next = network_->mixture(network_->forward(input, torch::zeros({last - first, c.state()}), packed_.get()).y, input);
   const Tensor features = (feature_loss(next, p.next) * p.mask).sum() / real_, contacts = (contact_loss(next, p.contacts) * p.mask).sum() / real_;
   terms = {{"features_nats", features.item<double>()}, {"contacts_nats", contacts.item<double>()}};
   return features + contacts;
@@ -176,7 +176,7 @@ Prediction prediction(const Network& network, const train::StateDataset& data) {
       const Pairs p = pairs(clip.rows.narrow(0, first, rows).unsqueeze(1), torch::ones({rows, 1}), c.features);
       const auto out = network.forward(p.input, state, &packed);
       state = out.state;
-      const Mixture next = network.mixture(out.y);
+      const Mixture next = network.mixture(out.y, p.input);
       const Tensor contacts = contact_loss(next, p.contacts), best = next.log_weights.argmax(1).view({-1, 1, 1}).expand({-1, 1, c.features});
       const Tensor real = rotations(p.next);
       const auto angle = [&](const Tensor& x) { return nn::geodesic_distance(rotations(x), real).mean(1).sum().item<double>(); };

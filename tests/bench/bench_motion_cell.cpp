@@ -1,15 +1,7 @@
 // Training step and sampling of the Motion Cell at paper size, against the bare matrix products of the same step and an
 // idiomatic LibTorch loop. Everything alternates in one run and only ratios of neighbours count, since other load on
 // the machine comes and goes: bench_motion_cell [PAIRS]
-#include <fmt/core.h>
-#include <torch/torch.h>
-
-#include <algorithm>
-#include <chrono>
 #include <cstdlib>
-#include <functional>
-#include <thread>
-#include <vector>
 
 #include "libmodels/motion_cell/network.hpp"
 #include "libmodels/motion_cell/packed_cell.hpp"
@@ -17,107 +9,30 @@
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/nn/losses.hpp"
 #include "libmodels/nn/sharded.hpp"
+#include "tests/bench/bare_products.hpp"
 #include "tests/motion_cell/reference.hpp"
 
 namespace mocap::motion_cell {
 namespace {
 
-using torch::Tensor;
+using namespace bench;
 
 constexpr int kBatch = 64, kWords = 66, kShards = 2, kThreads = 2;
 
-double seconds(const std::function<void()>& run) {
-  const auto start = std::chrono::steady_clock::now();
-  run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+BareProducts bare_products(const MotionCellConfig& c, std::int64_t batch) {
+  const int p = c.width, e = c.word, z = c.latent, state = 2 * c.hidden, a = c.control;
+  Layers outside, recurrent, beside;
+  chain(outside, {c.word_features(), p, p, e});
+  chain(outside, {e, p, p, c.word_features()});
+  chain(outside, {e, p, p, e});
+  for (int i = 0; i < 2; ++i) chain(recurrent, {e + state + a, p, p, p, p, z});
+  chain(recurrent, {z, p, p, e});
+  chain(recurrent, {2 * e, 3 * c.hidden});
+  for (int i = 0; i < 3; ++i) chain(recurrent, {c.hidden, 3 * c.hidden});
+  for (int i = 0; i < 2; ++i) chain(beside, {state + a, p, p, p, p, z});
+  chain(beside, {e + state + a, p, p, e});
+  return {batch, kWords, outside, recurrent, beside};
 }
-
-struct Spread {
-  double median, low, high;
-};
-Spread spread(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return {v.size() % 2 ? v[v.size() / 2] : (v[v.size() / 2 - 1] + v[v.size() / 2]) / 2, v.front(), v.back()};
-}
-
-// The products of one layer in a step: output, gradient of the input, gradient of the weights (accumulated).
-struct Products {
-  Tensor x, w, y, dy, dx, dw;
-  Products(std::int64_t rows, std::int64_t in, std::int64_t out)
-      : x(torch::randn({rows, in})),
-        w(torch::randn({out, in})),
-        y(torch::empty({rows, out})),
-        dy(torch::randn({rows, out})),
-        dx(torch::empty({rows, in})),
-        dw(torch::zeros({out, in})) {}
-  void forward() { at::mm_out(y, x, w.t()); }
-  void backward_input() { at::mm_out(dx, dy, w); }
-  void backward_weight() { at::addmm_out(dw, dw, dy.t(), x); }
-};
-
-// Every product of one shard's training step. Naive: word encoder, decoder and f_w over all words at once, everything
-// in the cell a word at a time. Merged: whatever does not wait for the recurrence over all words at once, weight
-// gradients too.
-class BareProducts {
- public:
-  BareProducts(const MotionCellConfig& c, std::int64_t batch) : rows_(batch * kWords), batch_(batch) {
-    const int p = c.width, e = c.word, z = c.latent, state = 2 * c.hidden, a = c.control;
-    chain(outside_, {c.word_features(), p, p, e});
-    chain(outside_, {e, p, p, c.word_features()});
-    chain(outside_, {e, p, p, e});
-    for (int i = 0; i < 2; ++i) chain(recurrent_, {e + state + a, p, p, p, p, z});
-    chain(recurrent_, {z, p, p, e});
-    chain(recurrent_, {2 * e, 3 * c.hidden});
-    for (int i = 0; i < 3; ++i) chain(recurrent_, {c.hidden, 3 * c.hidden});
-    for (int i = 0; i < 2; ++i) chain(beside_, {state + a, p, p, p, p, z});
-    chain(beside_, {e + state + a, p, p, e});
-    for (const auto* layers : {&outside_, &recurrent_, &beside_})
-      for (const auto& [in, out] : *layers) flop_ += 6.0 * in * out * static_cast<double>(rows_);
-    for (const auto& [in, out] : outside_) all_.emplace_back(rows_, in, out);
-    for (const auto& [in, out] : beside_) all_.emplace_back(rows_, in, out);
-    for (const auto& [in, out] : recurrent_) {
-      step_.emplace_back(batch_, in, out);
-      late_.emplace_back(rows_, in, out);
-    }
-    for (const auto& [in, out] : beside_) step_beside_.emplace_back(batch_, in, out);
-  }
-
-  double flop() const { return flop_; }
-
-  void naive() {
-    const torch::NoGradGuard guard;
-    const std::size_t outside = outside_.size();
-    for (std::size_t i = 0; i < outside; ++i) whole(all_[i]);
-    for (int n = 0; n < kWords; ++n)
-      for (auto* group : {&step_, &step_beside_})
-        for (Products& p : *group) p.forward();
-    for (int n = 0; n < kWords; ++n)
-      for (auto* group : {&step_, &step_beside_})
-        for (Products& p : *group) p.backward_input(), p.backward_weight();
-  }
-
-  void merged() {
-    const torch::NoGradGuard guard;
-    for (Products& p : all_) whole(p);
-    for (int n = 0; n < kWords; ++n)
-      for (Products& p : step_) p.forward();
-    for (int n = 0; n < kWords; ++n)
-      for (Products& p : step_) p.backward_input();
-    for (Products& p : late_) p.backward_weight();
-  }
-
- private:
-  using Layers = std::vector<std::pair<int, int>>;
-  static void chain(Layers& layers, const std::vector<int>& sizes) {
-    for (std::size_t i = 0; i + 1 < sizes.size(); ++i) layers.emplace_back(sizes[i], sizes[i + 1]);
-  }
-  static void whole(Products& p) { p.forward(), p.backward_input(), p.backward_weight(); }
-
-  std::int64_t rows_, batch_;
-  double flop_ = 0;
-  Layers outside_, recurrent_, beside_;
-  std::vector<Products> all_, step_, step_beside_, late_;
-};
 
 Tensor loss(const MotionCellConfig& c, const CellOutput& out, const Tensor& x, const Tensor& target) {
   const auto quaternions = [&](const Tensor& t) {
@@ -125,14 +40,6 @@ Tensor loss(const MotionCellConfig& c, const CellOutput& out, const Tensor& x, c
   };
   const Tensor rotation = nn::geodesic_distance(quaternions(out.y), target).sum();
   return (rotation + (out.y - x).slice(2, 4 * c.joints).square().sum() + out.kl.sum()) / kBatch;
-}
-
-void print_row(const char* name, const std::vector<double>& times, const std::vector<double>& bare, double flop) {
-  std::vector<double> ratio;
-  for (std::size_t i = 0; i < times.size(); ++i) ratio.push_back(times[i] / bare[i]);
-  const Spread t = spread(times), r = spread(ratio);
-  fmt::print("{:<44} {:8.1f} ms {:8.1f} GFLOP/s   ratio {:5.2f}  ({:.2f} .. {:.2f})\n", name, 1e3 * t.median,
-             flop / t.median / 1e9, r.median, r.low, r.high);
 }
 
 void training(int pairs) {
@@ -156,7 +63,7 @@ void training(int pairs) {
     });
   };
   std::vector<BareProducts> bare;
-  for (int s = 0; s < kShards; ++s) bare.emplace_back(c, kBatch / kShards);
+  for (int s = 0; s < kShards; ++s) bare.push_back(bare_products(c, kBatch / kShards));
   const double flop = bare[0].flop() * kShards;
   fmt::print(
       "training step, {} parameters, batch {} x {} words, {} shards on {} threads, {:.1f} GFLOP in matrix products\n",

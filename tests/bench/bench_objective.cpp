@@ -1,19 +1,14 @@
 // Training step of the Motion Cell at preset `small` (batch 32 x 120 frames, 2 shards on 2 threads) by what its loss is made of:
 // representations, distances (forward kinematics among them), classifiers, the remedies for exposure bias, single layer. All
 // variants alternate in one run and each is compared with the first of its round: bench_objective [ROUNDS]
-#include <fmt/core.h>
-#include <torch/torch.h>
-
-#include <algorithm>
-#include <chrono>
 #include <cstdlib>
-#include <functional>
 
 #include "libmocap/base/error.hpp"
 #include "libmodels/motion_cell/training.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/nn/losses.hpp"
 #include "libmodels/nn/sharded.hpp"
+#include "tests/bench/bare_products.hpp"
 #include "tests/objective/data.hpp"
 
 namespace mocap {
@@ -22,18 +17,7 @@ namespace {
 using features::RotationRepresentation;
 using motion_cell::Exposure;
 using objective::Distance;
-using torch::Tensor;
-
-double seconds(const std::function<void()>& run) {
-  const auto start = std::chrono::steady_clock::now();
-  run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v[v.size() / 2];
-}
+using namespace bench;
 
 // Forward kinematics as one writes it in LibTorch, joint by joint on (frames, 4) quaternions.
 Tensor plain_positions(const Skeleton& s, const Tensor& q) {
@@ -72,7 +56,7 @@ void kinematics(int rounds) {
     const double one = seconds([&] { run(ours); }), other = seconds([&] { run([&](const Tensor& x) { return plain_positions(*body, x); }); });
     if (i >= 0) a.push_back(one), b.push_back(other);
   }
-  fmt::print("positional loss of a shard (16 x 120 frames), forward and backward, one thread: {:.1f} ms; joint by joint in LibTorch {:.1f} ms\n", 1e3 * median(a), 1e3 * median(b));
+  fmt::print("positional loss of a shard (16 x 120 frames), forward and backward, one thread: {:.1f} ms; joint by joint in LibTorch {:.1f} ms\n", 1e3 * spread(a).median, 1e3 * spread(b).median);
 }
 
 struct Variant {
@@ -139,7 +123,7 @@ void steps(int rounds) {
   for (const Variant& v : variants) {
     std::vector<double> ratios;
     for (std::size_t i = 0; i < v.times.size(); ++i) ratios.push_back(v.times[i] / variants[0].times[i]);
-    fmt::print("{:<48} {:8.1f} ms   ratio {:.2f}  ({:.2f} .. {:.2f})\n", v.name, 1e3 * median(v.times), median(ratios), *std::min_element(ratios.begin(), ratios.end()),
+    fmt::print("{:<48} {:8.1f} ms   ratio {:.2f}  ({:.2f} .. {:.2f})\n", v.name, 1e3 * median(v.times), spread(ratios).median, *std::min_element(ratios.begin(), ratios.end()),
                *std::max_element(ratios.begin(), ratios.end()));
   }
 }

@@ -91,7 +91,7 @@
 
 # motion: classifiers, floors, cut lengths, feet, energy, memorising
 0 . fid-eval g.h5 --real r.h5 --train t.h5 --classifier a.h5 --classifier s.h5 --pca 8 --json > m.json
-0 true ./q 'v("is.bound") == 8 and v("is.action.bound") == 4 and v("is.gender.bound") == 2 and n("fid") == 40 and n("fid.floor_train") == 40 and v("fid.floor_halves") > 0 and v("nearest_training") > 0 and v("skate_mps") > 0 and v("energy") > 0 and r["frozen"] == [] == r["exploding"]' < m.json
+0 true ./q 'v("is.bound") == 8 and v("is.action.bound") == 4 and v("is.gender.bound") == 2 and n("fid") == 40 and n("fid.floor_train") == 40 and v("fid.floor_halves") > 0 and v("nearest_training") > 0 and v("skate_mps") > 0 and v("contact_speed_mps") > 0 and 0.01 < v("contact_height_m.real") < 0.06 and v("energy") > 0 and r["frozen"] == [] == r["exploding"]' < m.json
 0 true fid-eval g.h5 --real r.h5 --classifier a.h5 --json | ./q '"nearest_training.value" not in r and v("accuracy.action") > 0.2 and v("fid") > 0 and lo("skate_mps") < v("skate_mps") < hi("skate_mps") and v("fid.floor_halves") > 0'
 0 true fid-eval g.h5 --real r.h5 --classifier a.h5 --classifier s.h5 --pca 8 --train t.h5 --repeats 2 --json | ./q 'n("fid") == 2 and n("skate_mps") == 2'
 0 true fid-eval g.h5 --real r.h5 --json | ./q '"fid.value" not in r and v("jerk") > 0 and v("penetration_m") >= 0 and v("frozen_share") == 0 and hi("frozen_share") > 0'

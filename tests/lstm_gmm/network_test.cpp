@@ -20,13 +20,14 @@ Tensor noise(at::IntArrayRef sizes, std::uint64_t stream) {
   return nn::normal_tensor(sizes, random).to(torch::kDouble);
 }
 
-LstmGmmConfig tiny(Cell cell = Cell::paper) {
+LstmGmmConfig tiny(Cell cell = Cell::paper, Means means = Means::change) {
   LstmGmmConfig c;
   c.features = 6;
   c.hidden = 8;
   c.width = 7;
   c.mixtures = 3;
   c.cell = cell;
+  c.means = means;
   return c;
 }
 
@@ -42,7 +43,7 @@ TEST(LstmGmm, PaperSizeIsThePapers) {
 
 TEST(LstmGmm, LossIsMinusTheLogOfTheMixture) {
   const Network network(tiny(), 1);
-  const Mixture m = network.mixture(noise({4, tiny().outputs()}, 1));
+  const Mixture m = network.mixture(noise({4, tiny().outputs()}, 1), noise({4, 8}, 4));
   const Tensor x = noise({4, 6}, 2), bits = (noise({4, 2}, 3) > 0).to(torch::kDouble);
   const Tensor loss = feature_loss(m, x), contacts = contact_loss(m, bits);
   for (std::int64_t r = 0; r < 4; ++r) {
@@ -70,18 +71,19 @@ TEST(LstmGmm, LossIsMinusTheLogOfTheMixture) {
 TEST(LstmGmm, FarFromEveryComponentTheLossIsFiniteAndSoIsItsGradient) {
   const Network network(tiny(), 1);
   const Tensor y = (30 * noise({3, tiny().outputs()}, 1)).to(torch::kFloat).set_requires_grad(true);
-  const Tensor loss = (feature_loss(network.mixture(y), torch::full({3, 6}, 50.0f)) + contact_loss(network.mixture(y), torch::ones({3, 2}))).sum();
+  const Tensor x = torch::zeros({3, 8});
+  const Tensor loss = (feature_loss(network.mixture(y, x), torch::full({3, 6}, 50.0f)) + contact_loss(network.mixture(y, x), torch::ones({3, 2}))).sum();
   EXPECT_TRUE(std::isfinite(loss.item<double>()));
   EXPECT_TRUE(torch::isfinite(torch::autograd::grad({loss}, {y})[0]).all().item<bool>());
 }
 
 TEST(LstmGmm, FiniteDifferencesThroughTheWholeNetwork) {
-  for (const Cell cell : {Cell::paper, Cell::standard}) {
-    Network network(tiny(cell), 3);
+  for (const auto& [cell, means] : {std::pair{Cell::paper, Means::change}, {Cell::standard, Means::pose}}) {
+    Network network(tiny(cell, means), 3);
     network.to(torch::kDouble);
     const Tensor x = noise({10, 8}, 1), next = noise({10, 6}, 2), bits = (noise({10, 2}, 3) > 0).to(torch::kDouble);
     const auto loss = [&](const std::vector<Tensor>& in) {
-      const Mixture m = network.mixture(network.forward(in[0], in[1]).y);
+      const Mixture m = network.mixture(network.forward(in[0], in[1]).y, in[0]);
       return (feature_loss(m, next) + contact_loss(m, bits)).sum();
     };
     expect_gradients(loss, {x, noise({2, 32}, 4)}, 1e-5);
@@ -110,7 +112,7 @@ TEST(LstmGmm, InitialStateMakesTheSecondFrameProbable) {
   second.narrow(1, 6, 2).fill_(0);
   const auto loss = [&](const Tensor& state) {
     const torch::NoGradGuard guard;
-    const Mixture m = network.mixture(network.forward(first, state).y);
+    const Mixture m = network.mixture(network.forward(first, state).y, first);
     return feature_loss(m, second.narrow(1, 0, 6)) + contact_loss(m, second.narrow(1, 6, 2));
   };
   const Tensor state = initial_state(network, first, second);
@@ -129,8 +131,8 @@ ClipRequest request(std::uint64_t stream, std::int64_t frames, std::int64_t stat
 }
 
 TEST(Sampler, ScaleZeroFollowsTheNetwork) {
-  for (const Cell cell : {Cell::paper, Cell::standard}) {
-    const Network network(tiny(cell), 4);
+  for (const auto& [cell, means] : {std::pair{Cell::paper, Means::change}, {Cell::standard, Means::pose}}) {
+    const Network network(tiny(cell, means), 4);
     const Sampler sampler(network);
     const ClipRequest r = request(1, 12, 32);
     const auto frames = sampler.sample({r}, {1, 4, 0, 0})[0];
@@ -140,7 +142,7 @@ TEST(Sampler, ScaleZeroFollowsTheNetwork) {
     for (int t = 1; t < 12; ++t) {
       const auto out = network.forward(x, state);
       state = out.state;
-      const Mixture m = network.mixture(out.y);
+      const Mixture m = network.mixture(out.y, x);
       x = torch::cat({m.means[0][m.log_weights[0].argmax().item<std::int64_t>()].view({1, 6}), (m.contact_logits > 0).to(torch::kFloat)}, 1);
       for (int k = 0; k < 8; ++k) ASSERT_EQ(frames[static_cast<std::size_t>(8 * t + k)], x[0][k].item<float>()) << t << " " << k;
     }
@@ -149,7 +151,7 @@ TEST(Sampler, ScaleZeroFollowsTheNetwork) {
 
 // A network whose output does not depend on its input.
 Network constant(const std::vector<float>& y) {
-  Network network(tiny(), 1);
+  Network network(tiny(Cell::paper, Means::pose), 1);
   const torch::NoGradGuard guard;
   for (auto& p : network.parameters()) p.zero_();
   network.named_parameters()["decoder.1.bias"].copy_(torch::tensor(y));
@@ -211,12 +213,14 @@ TEST(Sampler, StartsOfAnotherSizeAreRefused) {
 }
 
 TEST(Config, JsonAndRefusals) {
-  const LstmGmmConfig c = tiny(Cell::standard);
+  const LstmGmmConfig c = tiny(Cell::standard, Means::pose);
   EXPECT_EQ(config_from_json(to_json(c)), c);
   auto json = to_json(c);
-  json["cell"] = "other";
-  EXPECT_THROW(config_from_json(json), Error);
-  json = to_json(c);
+  for (const char* word : {"cell", "means"}) {
+    json[word] = "other";
+    EXPECT_THROW(config_from_json(json), Error);
+    json = to_json(c);
+  }
   json.erase("hidden");
   EXPECT_THROW(config_from_json(json), Error);
   json = to_json(c);

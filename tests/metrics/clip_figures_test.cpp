@@ -40,6 +40,20 @@ TEST(ClipFigures, FeetThatSlideNearTheGroundSkate) {
   EXPECT_EQ(clip_figures(sliding(0.7, 0.03, 41)).skate_gmd, 0);  // toe base at 0.055 m: above 0.05
 }
 
+TEST(ClipFigures, ContactsSayWhichFeetShouldStand) {
+  Clip clip = sliding(0.3, 0.2, 11);
+  EXPECT_TRUE(std::isnan(clip_figures(clip).contact_speed_mps) && std::isnan(clip_figures(clip).contact_height_m));
+  clip.contacts.assign(11, {0, 0});
+  EXPECT_TRUE(std::isnan(clip_figures(clip).contact_speed_mps) && std::isnan(clip_figures(clip).contact_height_m));
+  clip.contacts[4][1] = 1;  // one frame: a height, and no step
+  EXPECT_TRUE(std::isnan(clip_figures(clip).contact_speed_mps));
+  EXPECT_NEAR(clip_figures(clip).contact_height_m, 0.2 + 0.025, 1e-9);  // of the toe base
+  for (std::size_t t = 5; t < 8; ++t) clip.contacts[t][1] = 1;
+  for (std::size_t t = 6; t < 11; ++t) clip.root_position[t] = clip.root_position[5] + Vector3(0, 0, 0.1);
+  EXPECT_NEAR(clip_figures(clip).contact_speed_mps, 0.3 / 3, 1e-9);  // steps from 4, 5 and 6
+  EXPECT_NEAR(clip_figures(clip).contact_height_m, 0.225 + 0.1 / 2, 1e-9);
+}
+
 TEST(ClipFigures, PenetrationAndJerk) {
   EXPECT_EQ(clip_figures(sliding(0, 0, 10)).penetration_m, 0);
   // 0.1 m lower: toe bases at -0.075, ankles at -0.0337 m, of 22 joints.
