@@ -48,7 +48,10 @@ class TrainLstm final : public tools::TrainingTool {
     app.add_option("--batch", c_.batch, "windows in a batch")->check(cli::whole(1, 65536, "CLIPS"))->capture_default_str();
     app.add_option("--window", c_.window, "frames of a window")->check(cli::whole(1, 100000, "FRAMES"))->capture_default_str();
     app.add_option("--input-noise", c_.input_noise, "deviation of the noise on the standardised input features")->check(cli::non_negative("DEVIATION"))->capture_default_str();
-    app.add_option("--learning-rate", c_.rate, "of RMSProp at the start; it falls by 0.95 in each of 150 equal parts of the training")->check(cli::positive("RATE"))->capture_default_str();
+    app.add_option("--own-output-rate", c_.own_output.to, "share of input frames replaced by the network's own samples in the end")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
+    app.add_option("--exposure-ramp", ramp_, "progress at which own output begins and reaches that share (0.1 0.6)")->expected(2)->check(cli::between(0, 1, "PROGRESS"));
+    app.add_option("--learning-rate", c_.rate, "of RMSProp at the start")->check(cli::positive("RATE"))->capture_default_str();
+    app.add_option("--decay-steps", decay_steps_, "after which the rate is multiplied by 0.95 (a 150th of the steps)")->check(cli::whole(1, 1000000000, "STEPS"));
     add_loop_options(app);
   }
 
@@ -74,7 +77,12 @@ class TrainLstm final : public tools::TrainingTool {
     std::unique_ptr<train::StateDataset> validation;
     if (!validation_.empty()) validation = std::make_unique<train::StateDataset>(validation_, data.reference());
     c_.steps = steps_.value_or(lstm_gmm::TrainingConfig::preset(preset_).steps);
-    c_.decay_steps = std::max<std::int64_t>(1, c_.steps / 150);
+    c_.decay_steps = decay_steps_.value_or(std::max<std::int64_t>(1, c_.steps / 150));
+    if (!ramp_.empty()) {
+      if (ramp_[0] > ramp_[1]) refuse_usage(fmt::format("--exposure-ramp {} {}, expected the start before the end", ramp_[0], ramp_[1]));
+      c_.own_output.begin = ramp_[0];
+      c_.own_output.end = ramp_[1];
+    }
     c_.seed = context.seed();
     c_.shards = shards();
     c_.init_digest = init_digest;
@@ -106,7 +114,8 @@ class TrainLstm final : public tools::TrainingTool {
   }
 
   std::string preset_ = "small", cell_ = "paper", means_ = "change", init_, validation_;
-  std::optional<std::int64_t> steps_;
+  std::optional<std::int64_t> steps_, decay_steps_;
+  std::vector<double> ramp_;
   lstm_gmm::TrainingConfig c_;
 };
 

@@ -16,6 +16,10 @@
 #include "libmodels/nn/lstm_sequence.hpp"
 #include "libmodels/nn/mlp.hpp"
 
+namespace mocap {
+class Random;
+}
+
 namespace mocap::lstm_gmm {
 
 inline constexpr double kLeastLogSigma = -7;
@@ -60,6 +64,9 @@ class Network : public torch::nn::Module {
 // Nats of each row, (R): of the features under the mixture, and of the contacts (R, 2) under their bits. x (R, D).
 torch::Tensor feature_loss(const Mixture& mixture, const torch::Tensor& x);
 torch::Tensor contact_loss(const Mixture& mixture, const torch::Tensor& contacts);
+
+// A sample of every row's mixture and the more probable contact bits, as the input of the next frame: (R, D + 2). No gradient.
+torch::Tensor draw(const Mixture& mixture, Random& random);
 
 // Eq. 26: the state before frame 1 under which frame 2 is most probable, by `steps` of Adam from 0. first, second (B, input), float -> (B, state).
 // Each sequence has an objective of its own; nothing but the frames decides the result.

@@ -123,7 +123,7 @@ void steps(int rounds) {
   for (const Variant& v : variants) {
     std::vector<double> ratios;
     for (std::size_t i = 0; i < v.times.size(); ++i) ratios.push_back(v.times[i] / variants[0].times[i]);
-    fmt::print("{:<48} {:8.1f} ms   ratio {:.2f}  ({:.2f} .. {:.2f})\n", v.name, 1e3 * median(v.times), spread(ratios).median, *std::min_element(ratios.begin(), ratios.end()),
+    fmt::print("{:<48} {:8.1f} ms   ratio {:.2f}  ({:.2f} .. {:.2f})\n", v.name, 1e3 * spread(v.times).median, spread(ratios).median, *std::min_element(ratios.begin(), ratios.end()),
                *std::max_element(ratios.begin(), ratios.end()));
   }
 }

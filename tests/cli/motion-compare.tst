@@ -41,6 +41,15 @@
 0 true motion-compare one.bvh --real one.bvh --json | ./q 'by["all", "generated"]["energy_ratio"] is None and by["all", "generated"]["energy"] == 0'
 0 . printf 'real = "c.h5"\nthreads = 1\n' > c.toml; motion-compare o.h5 --config c.toml | cmp - j1
 
+# over clips and over time: two routes to one number; a clip of 90 frames at 30 Hz has three seconds
+0 true motion-compare o.h5 --real c.h5 --by none --spread --json > s.json && /usr/bin/python3 -c 'import json; d = json.load(open("s.json"))["spread"]; print(set(d) == {"speed_mps", "turning_dps", "step_length_m"} and d["speed_mps"]["generated"]["clips"] == 10 and d["speed_mps"]["real"]["smallest"] < d["speed_mps"]["real"]["mean"] < d["speed_mps"]["real"]["largest"] and 0.3 < d["step_length_m"]["real"]["mean"] < 1.5 and d["speed_mps"]["real"]["deviation"] > 0.2)'
+0 ~^speed_mps.*generated.*10 motion-compare o.h5 --real c.h5 --spread
+0 ~^step_length_m.*real.*0.*-.*- motion-compare good.bvh --real good.bvh --spread
+0 true motion-compare o.h5 --real c.h5 --by none --stretches 1 --json > w.json && motion-select -q o.h5 --time 1:1.97 -o second.h5 && motion-compare second.h5 --real c.h5 --by none --json > second.json && /usr/bin/python3 -c 'import json; d = json.load(open("w.json"))["stretches"]; g = d["generated"]; s = json.load(open("second.json"))["rows"][1]; print(len(g) == 3 and g[1]["start_s"] == 1 and g[1]["clips"] == 10 and all(abs(g[1][k] - s[k]) < 1e-9 for k in ("energy", "root_speed_mps", "contact_share")) and d["real"]["energy"][0] < d["real"]["energy"][1] and all(r["outside"] == [] for r in g))'
+0 ~^2.-.3.*10 motion-compare o.h5 --real c.h5 --stretches 1
+0 ~outside:.*root_speed_mps motion-select -q c.h5 --attr action=lifting -o lift.h5 && motion-compare o.h5 --real lift.h5 --by none --stretches 1
+2 ~above.0 motion-compare o.h5 --real c.h5 --stretches 0
+
 # usage
 2 ~no.input.given motion-compare --real c.h5
 2 ~--real.is.required motion-compare c.h5

@@ -121,6 +121,27 @@ TEST(LstmGmm, InitialStateMakesTheSecondFrameProbable) {
   EXPECT_TRUE(torch::equal(state.narrow(0, 2, 1), initial_state(network, first.narrow(0, 2, 1), second.narrow(0, 2, 1))));
 }
 
+TEST(LstmGmm, DrawsComeFromTheMixture) {
+  const std::int64_t n = 30000;
+  const Mixture m{torch::tensor({0.7f, 0.3f}).log().expand({n, 2}), torch::tensor({-10.0f, 0.0f, 10.0f, 20.0f}).view({1, 2, 2}).expand({n, 2, 2}),
+                  torch::tensor({0.1f, 0.2f, 0.3f, 0.4f}).log().view({1, 2, 2}).expand({n, 2, 2}), torch::tensor({0.3f, -0.3f}).expand({n, 2})};
+  Random random(4, 1);
+  const Tensor x = draw(m, random).to(torch::kDouble);
+  ASSERT_EQ(x.sizes(), at::IntArrayRef({n, 4}));
+  EXPECT_TRUE((x.select(1, 2) == 1).all().item<bool>() && (x.select(1, 3) == 0).all().item<bool>());
+  const Tensor first = x.select(1, 0) < 0;
+  EXPECT_NEAR(first.to(torch::kDouble).mean().item<double>(), 0.7, 4 * std::sqrt(0.7 * 0.3 / n));
+  for (int k = 0; k < 2; ++k) {
+    const Tensor own = x.index({first}).select(1, k), other = x.index({~first}).select(1, k);
+    EXPECT_NEAR(own.mean().item<double>(), k == 0 ? -10 : 0, 0.01);
+    EXPECT_NEAR(own.std().item<double>(), 0.1 * (k + 1), 0.01);
+    EXPECT_NEAR(other.mean().item<double>(), k == 0 ? 10 : 20, 0.02);
+    EXPECT_NEAR(other.std().item<double>(), 0.1 * (k + 3), 0.02);
+  }
+  Random again(4, 1);
+  EXPECT_TRUE(torch::equal(draw(m, again).to(torch::kDouble), x));
+}
+
 ClipRequest request(std::uint64_t stream, std::int64_t frames, std::int64_t state) {
   Random random(9, stream);
   ClipRequest r{1, stream, frames, {}, {}};
