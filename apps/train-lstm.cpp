@@ -39,19 +39,17 @@ class TrainLstm final : public tools::TrainingTool {
   }
 
   void options(CLI::App& app) override {
-    app.add_option("--preset", preset_, "paper (layers of 512, 30,000 steps) or small (256, 6,000)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
+    app.add_option("--preset", preset_, "paper (layers of 512, 30,000 steps) or small (256, 3,000)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_option("--cell", cell_, "what the gates of the LSTM see: its memory and its output (paper), or its output alone (standard)")->check(cli::one_of({"paper", "standard"}))->capture_default_str();
-    app.add_option("--means", means_, "what the means of the mixture are: the change from the frame before (change), or the pose itself as in the paper (pose)")->check(cli::one_of({"change", "pose"}))->capture_default_str();
-    app.add_option("--init-from", init_, "start from the weights and the normalisation of this model, which decides preset's sizes, --cell and --means")->check(cli::path());
+    app.add_option("--carry", carry_, "share of the frame before that the means of the mixture are added to; 0, as in the paper, learns much more slowly")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
+    app.add_option("--init-from", init_, "start from the weights and the normalisation of this model, which decides preset's sizes, --cell and --carry")->check(cli::path());
     app.add_option("--val", validation_, "archive that loss and one-step error are found on, without effect on the weights")->check(cli::path());
     app.add_option("--steps", steps_, "optimiser steps (preset)")->check(cli::whole(1, 1000000000, "STEPS"));
     app.add_option("--batch", c_.batch, "windows in a batch")->check(cli::whole(1, 65536, "CLIPS"))->capture_default_str();
     app.add_option("--window", c_.window, "frames of a window")->check(cli::whole(1, 100000, "FRAMES"))->capture_default_str();
     app.add_option("--input-noise", c_.input_noise, "deviation of the noise on the standardised input features")->check(cli::non_negative("DEVIATION"))->capture_default_str();
-    app.add_option("--own-output-rate", c_.own_output.to, "share of input frames replaced by the network's own samples in the end")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
-    app.add_option("--exposure-ramp", ramp_, "progress at which own output begins and reaches that share (0.1 0.6)")->expected(2)->check(cli::between(0, 1, "PROGRESS"));
     app.add_option("--learning-rate", c_.rate, "of RMSProp at the start")->check(cli::positive("RATE"))->capture_default_str();
-    app.add_option("--decay-steps", decay_steps_, "after which the rate is multiplied by 0.95 (a 150th of the steps)")->check(cli::whole(1, 1000000000, "STEPS"));
+    app.add_option("--decay-steps", decay_steps_, "after which the rate is multiplied by 0.95 (a 75th of the steps; paper: a 150th)")->check(cli::whole(1, 1000000000, "STEPS"));
     add_loop_options(app);
   }
 
@@ -61,7 +59,7 @@ class TrainLstm final : public tools::TrainingTool {
     if (init_ == "-" && input == "-") refuse_usage("--init-from - and the archive from standard input, expected one of them to be a file");
     lstm_gmm::LstmGmmConfig network = lstm_gmm::LstmGmmConfig::preset(preset_);
     network.cell = lstm_gmm::parse_cell(cell_);
-    network.means = lstm_gmm::parse_means(means_);
+    network.carry = carry_;
     lstm_gmm::Model init;
     std::string init_digest;
     History before;
@@ -77,12 +75,7 @@ class TrainLstm final : public tools::TrainingTool {
     std::unique_ptr<train::StateDataset> validation;
     if (!validation_.empty()) validation = std::make_unique<train::StateDataset>(validation_, data.reference());
     c_.steps = steps_.value_or(lstm_gmm::TrainingConfig::preset(preset_).steps);
-    c_.decay_steps = decay_steps_.value_or(std::max<std::int64_t>(1, c_.steps / 150));
-    if (!ramp_.empty()) {
-      if (ramp_[0] > ramp_[1]) refuse_usage(fmt::format("--exposure-ramp {} {}, expected the start before the end", ramp_[0], ramp_[1]));
-      c_.own_output.begin = ramp_[0];
-      c_.own_output.end = ramp_[1];
-    }
+    c_.decay_steps = decay_steps_.value_or(std::max<std::int64_t>(1, c_.steps / (preset_ == "paper" ? 150 : 75)));
     c_.seed = context.seed();
     c_.shards = shards();
     c_.init_digest = init_digest;
@@ -113,9 +106,9 @@ class TrainLstm final : public tools::TrainingTool {
                                 p.angle_deg, p.persistence_deg, 100 * p.contact_errors));
   }
 
-  std::string preset_ = "small", cell_ = "paper", means_ = "change", init_, validation_;
+  std::string preset_ = "small", cell_ = "paper", init_, validation_;
+  double carry_ = lstm_gmm::LstmGmmConfig{}.carry;
   std::optional<std::int64_t> steps_, decay_steps_;
-  std::vector<double> ramp_;
   lstm_gmm::TrainingConfig c_;
 };
 

@@ -11,7 +11,7 @@
 #   SPLIT            motion-split's options (--ratios 70,10,20, by source)
 #   REAL             which test clips to compare with: motion-select's options (--mirrored no --phase 0)
 #   GENERATOR        a model that `sample` knows, instead of an LSTM trained here
-#   PRESET STEPS     of the LSTM (small; 6000)
+#   PRESET STEPS     of the LSTM (small; 3000)
 #   GENERAL_STEPS    steps on all training clips before those on VALUES (0)
 #   LSTM             more options of train-lstm
 #   REFINER_STEPS    updates of either network (3000)
@@ -35,7 +35,7 @@ CANONICALIZE ?= --mirror --phases all
 SPLIT ?= --ratios 70,10,20
 REAL ?= --mirrored no --phase 0
 PRESET ?= small
-STEPS ?= 6000
+STEPS ?= 3000
 GENERAL_STEPS ?= 0
 REFINER_STEPS ?= 3000
 SAMPLES ?= 400

@@ -30,14 +30,6 @@ Cell parse_cell(const std::string& name) {
 
 std::string text(Cell cell) { return cell == Cell::paper ? "paper" : "standard"; }
 
-Means parse_means(const std::string& name) {
-  if (name == "change") return Means::change;
-  if (name == "pose") return Means::pose;
-  refuse_usage(fmt::format("means '{}', expected change or pose", name));
-}
-
-std::string text(Means means) { return means == Means::change ? "change" : "pose"; }
-
 std::int64_t LstmGmmConfig::parameter_count() const {
   const std::int64_t h = hidden, w = width, seen = cell == Cell::paper ? 2 * h : h;
   return (std::int64_t{input()} + 1) * w + 4 * h * (w + seen + 1) + 4 * h * (h + seen + 1) + (h + 1) * w + (w + 1) * outputs();
@@ -56,6 +48,7 @@ void LstmGmmConfig::validate() const {
   for_each_size(*this, [](const char* name, int value) {
     if (value < 1 || value > kMost) refuse_config(fmt::format("{} is {}, expected a whole number in 1..{}", name, value, kMost));
   });
+  if (!(carry >= 0 && carry <= 1)) refuse_config(fmt::format("carry is {}, expected a share", carry));
   constexpr std::int64_t kMostOutputs = 1 << 24;
   if (const std::int64_t all = std::int64_t{mixtures} * (2 * std::int64_t{features} + 1) + contacts; all > kMostOutputs) refuse_config(fmt::format("{} outputs, expected at most {}", all, kMostOutputs));
 }
@@ -64,7 +57,7 @@ nlohmann::json to_json(const LstmGmmConfig& config) {
   nlohmann::json json;
   for_each_size(config, [&](const char* name, int value) { json[name] = value; });
   json["cell"] = text(config.cell);
-  json["means"] = text(config.means);
+  json["carry"] = config.carry;
   return json;
 }
 
@@ -80,13 +73,11 @@ LstmGmmConfig config_from_json(const nlohmann::json& json) {
       refuse_config(fmt::format("{} is {}, expected a whole number in 1..{}", name, given.is_structured() ? given.type_name() : given.dump(), kMost));  // dump() recurses
     given.get_to(value);
   });
-  const auto word = [&](const char* name, const char* one, const char* other) {
-    const nlohmann::json& given = field(name);
-    if (!given.is_string() || (given != one && given != other)) refuse_config(fmt::format("{} is neither \"{}\" nor \"{}\"", name, one, other));
-    return given.get<std::string>();
-  };
-  config.cell = parse_cell(word("cell", "paper", "standard"));
-  config.means = parse_means(word("means", "change", "pose"));
+  const nlohmann::json& cell = field("cell");
+  if (!cell.is_string() || (cell != "paper" && cell != "standard")) refuse_config("cell is neither \"paper\" nor \"standard\"");
+  config.cell = parse_cell(cell.get<std::string>());
+  if (!field("carry").is_number()) refuse_config("carry is no number");
+  field("carry").get_to(config.carry);
   config.validate();
   return config;
 }

@@ -11,11 +11,6 @@ enum class Cell { paper, standard };
 Cell parse_cell(const std::string& name);  // Error(usage)
 std::string text(Cell cell);
 
-// What FC3's means are relative to. Eq. 7 has the next frame itself, `pose`; `change` adds the features of the frame that the network saw, so that an untrained network
-// repeats it instead of falling back to the mean of all frames. Frames differ by a third of a deviation: it learns much sooner (docs/results.md).
-enum class Means { change, pose };
-Means parse_means(const std::string& name);  // Error(usage)
-std::string text(Means means);
 
 // The figure that gives the widths is lost in the paper's text. With 512 everywhere, generator and refiner together hold 40.8 MB of weights;
 // section 6 says 41 MB (with standard cells it would be 28 MB).
@@ -26,7 +21,9 @@ struct LstmGmmConfig {
   int width = 512;    // of the fully connected layers FC1 and FC2
   int mixtures = 5;   // M
   Cell cell = Cell::paper;
-  Means means = Means::change;
+  // Share of the standardised frame that the network saw which FC3's means are added to. Eq. 7 has 0: the next frame itself has to come out of the memory, which takes long to learn.
+  // With 1 it is their change, which is learnt at once, but nothing draws an untrained network's errors back and the figure sinks into the ground. In between they die away by themselves.
+  double carry = 0.9;
 
   int input() const { return features + contacts; }
   int outputs() const { return mixtures * (2 * features + 1) + contacts; }  // FC3: weights, means, deviations, contacts

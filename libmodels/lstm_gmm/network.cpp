@@ -40,7 +40,7 @@ Network::Output Network::forward(const Tensor& x, const Tensor& state, const Pac
 Mixture Network::mixture(const Tensor& y, const Tensor& x) const {
   const std::int64_t m = config_.mixtures, d = config_.features, r = y.size(0);
   Tensor means = y.narrow(1, m, m * d).reshape({r, m, d});
-  if (config_.means == Means::change) means = means + x.narrow(1, 0, d).unsqueeze(1);
+  if (config_.carry != 0) means = means + config_.carry * x.narrow(1, 0, d).unsqueeze(1);
   return {y.narrow(1, 0, m).log_softmax(1), means, y.narrow(1, m + m * d, m * d).reshape({r, m, d}).clamp_min(kLeastLogSigma), y.narrow(1, m + 2 * m * d, config_.contacts)};
 }
 
@@ -53,23 +53,6 @@ Tensor feature_loss(const Mixture& mixture, const Tensor& x) {
 Tensor contact_loss(const Mixture& mixture, const Tensor& contacts) {
   // softplus(l) - c l = -log P(c)
   return (torch::nn::functional::softplus(mixture.contact_logits) - contacts * mixture.contact_logits).sum(1);
-}
-
-Tensor draw(const Mixture& mixture, Random& random) {
-  const torch::NoGradGuard no_grad;
-  const std::int64_t r = mixture.means.size(0), m = mixture.means.size(1), d = mixture.means.size(2);
-  const Tensor weights = mixture.log_weights.exp().contiguous();
-  std::vector<std::int64_t> chosen;
-  for (std::int64_t i = 0; i < r; ++i) {
-    double left = random.uniform();
-    std::int64_t k = 0;
-    for (const float* w = weights.data_ptr<float>() + i * m; k < m - 1; ++k)
-      if ((left -= static_cast<double>(w[k])) < 0) break;
-    chosen.push_back(i * m + k);
-  }
-  const Tensor rows = torch::tensor(chosen, torch::kLong);
-  const Tensor mean = mixture.means.reshape({r * m, d}).index_select(0, rows), sigma = mixture.log_sigmas.reshape({r * m, d}).index_select(0, rows).exp();
-  return torch::cat({mean + sigma * nn::normal_tensor({r, d}, random), (mixture.contact_logits > 0).to(torch::kFloat)}, 1);
 }
 
 Tensor initial_state(const Network& network, const Tensor& first, const Tensor& second, int steps, double rate) {

@@ -2,7 +2,7 @@
 // distribution of the next frame,
 //
 //   p(x_{t+1}) = sum_i w_i N(x_{t+1} | mu_i, diag sigma_i^2)          eq. 6, M = 5
-//   w = softmax(w^), mu = mu^, sigma = exp(sigma^)                    eq. 7; mu = x_t + mu^ with Means::change
+//   w = softmax(w^), mu = mu^, sigma = exp(sigma^)                    eq. 7; here mu = carry x_t + mu^
 //   P(c_{t+1} = 1) = sigmoid(c^) for each foot                        section 4.3: contacts are predicted beside the features
 //   E = -log p(x_{t+1}) - sum log P(c_{t+1})                          eq. 8, by log-sum-exp over the components
 //
@@ -15,10 +15,6 @@
 #include "libmodels/lstm_gmm/config.hpp"
 #include "libmodels/nn/lstm_sequence.hpp"
 #include "libmodels/nn/mlp.hpp"
-
-namespace mocap {
-class Random;
-}
 
 namespace mocap::lstm_gmm {
 
@@ -64,9 +60,6 @@ class Network : public torch::nn::Module {
 // Nats of each row, (R): of the features under the mixture, and of the contacts (R, 2) under their bits. x (R, D).
 torch::Tensor feature_loss(const Mixture& mixture, const torch::Tensor& x);
 torch::Tensor contact_loss(const Mixture& mixture, const torch::Tensor& contacts);
-
-// A sample of every row's mixture and the more probable contact bits, as the input of the next frame: (R, D + 2). No gradient.
-torch::Tensor draw(const Mixture& mixture, Random& random);
 
 // Eq. 26: the state before frame 1 under which frame 2 is most probable, by `steps` of Adam from 0. first, second (B, input), float -> (B, state).
 // Each sequence has an objective of its own; nothing but the frames decides the result.

@@ -79,9 +79,10 @@ class Sampler::Rows {
       for (component = 0; component < m - 1; ++component)
         if ((left -= std::exp(y[component] - most)) < 0) break;
     }
+    const auto carry = static_cast<float>(c_.carry);
     const float *mean = y + m + component * d, *sigma = y + m + (m + component) * d, *contacts = y + m + 2 * m * d;
     for (int k = 0; k < d; ++k) {
-      x[k] = c_.means == Means::change ? mean[k] + seen[k] : mean[k];
+      x[k] = mean[k] + carry * seen[k];
       if (o_.sigma_scale > 0) x[k] += static_cast<float>(o_.sigma_scale * std::exp(std::max<double>(kLeastLogSigma, sigma[k])) * random.normal());
     }
     for (int k = 0; k < c_.contacts; ++k) x[d + k] = contacts[k] > 0 ? 1.0f : 0.0f;

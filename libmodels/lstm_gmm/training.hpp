@@ -2,26 +2,20 @@
 //
 // Windows of 50 frames at 30 Hz, each from a state of 0; noise of deviation 0.05 on the standardised features that the network sees, never on what it should predict;
 // RMSProp, 1e-3, times 0.95 per epoch of 200 steps; every derivative is clipped to [-5, 5]. The paper's 30,000 iterations of batch 20 to convergence are the preset `paper`;
-// `small` has fewer steps and falls as far in learning rate: 150 times 0.95.
-//
-// Beyond the paper: in a share of frames that grows over the training the network sees its own sample of the frame instead of the real one, as in
-// Bengio et al. 2015 (scheduled sampling), and still is to predict the real next frame. Noise of 0.05 teaches it to mend a frame's error, not one that has grown over many:
-// without own output the root sank by 9 cm a second after a short training (docs/results.md).
+// `small` has fewer steps, in which the rate falls 75 times by 0.95: after 150 times the second half of a short training learns nothing.
 #pragma once
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "libmodels/lstm_gmm/network.hpp"
-#include "libmodels/train/schedule.hpp"
 #include "libmodels/train/state_dataset.hpp"
 #include "libmodels/train/trainable.hpp"
 
 namespace mocap::lstm_gmm {
 
 struct TrainingConfig {
-  std::int64_t steps = 6000, batch = 20, window = 50;
+  std::int64_t steps = 3000, batch = 20, window = 50;
   double input_noise = 0.05;
-  train::Ramp own_output = {0, 0.8, 0.1, 0.6};  // share of input frames
   double rate = 1e-3, decay = 0.95;  // the rate is multiplied by `decay` every `decay_steps`
   std::int64_t decay_steps = 40;
   double rmsprop_decay = 0.9, derivative_limit = 5;
@@ -59,9 +53,6 @@ class LstmGmmTraining final : public train::Trainable {
   std::optional<double> validation_loss() override;  // nats a frame, without noise
 
  private:
-  // `input` (T, B, D + 2) with own samples in place of a share of its frames.
-  torch::Tensor with_own_output(torch::Tensor input, double share, Random& random) const;
-
   TrainingConfig config_;
   const train::StateDataset &data_;
   const train::StateDataset* validation_;

@@ -45,7 +45,7 @@
 0 true ./q '(lambda loss: np.mean(loss[-20:]) < np.mean(loss[:20]) - 40)(np.genfromtxt("whole.h5.log.tsv", names=True, delimiter="\t")["loss"])'
 
 # options
-0 true train-lstm -q c.h5 --steps 2 --batch 5 --window 20 --cell standard --means pose --input-noise 0.1 --own-output-rate 0.5 --exposure-ramp 0 0.5 --learning-rate 0.002 --decay-steps 7 --shards 3 --device cpu --weights-only --checkpoint-minutes 1 --checkpoint-epochs 1 -o o.h5 && ./q '[(t["batch"], t["window"], t["input_noise"], t["learning_rate"]["rate"], t["learning_rate"]["decay_steps"], t["own_output"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(5, 20, 0.1, 0.002, 7, {"from": 0, "to": 0.5, "begin": 0, "end": 0.5}, 3)] and [[x.json("config")["network"][k] for k in ("cell", "means")] for x in m] == [["standard", "pose"], ["paper", "change"]] and m[0].weights()["lstm_1/weight_hh"].shape == (1024, 256) and m[1].weights()["lstm_1/weight_hh"].shape == (1024, 512) and "training" not in m[0].f' o.h5 a.h5
+0 true train-lstm -q c.h5 --steps 2 --batch 5 --window 20 --cell standard --carry 0.25 --input-noise 0.1 --learning-rate 0.002 --decay-steps 7 --shards 3 --device cpu --weights-only --checkpoint-minutes 1 --checkpoint-epochs 1 -o o.h5 && ./q '[(t["batch"], t["window"], t["input_noise"], t["learning_rate"]["rate"], t["learning_rate"]["decay_steps"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(5, 20, 0.1, 0.002, 7, 3)] and [[x.json("config")["network"][k] for k in ("cell", "carry")] for x in m] == [["standard", 0.25], ["paper", 0.9]] and m[0].weights()["lstm_1/weight_hh"].shape == (1024, 256) and m[1].weights()["lstm_1/weight_hh"].shape == (1024, 512) and "training" not in m[0].f' o.h5 a.h5
 0 true train-lstm -q c.h5 --preset paper --steps 1 --batch 2 --window 4 -o paper.h5 && ./q 'm[0].json("config")["network"]["hidden"] == 512 and sum(v.size for k, v in m[0].weights().items() if k != "start") == 6952633' paper.h5
 0 ~parameters,.*steps train-lstm two.h5 --steps 1 --batch 2 --window 4 -o said.h5
 0 ~negative.log-likelihood.*nats.a.frame ./t c.h5 --steps 6 --val two.h5 --val-epochs 1 -o v.h5
@@ -67,9 +67,7 @@
 2 ~no.output.given ./t c.h5
 2 ~'-' ./t c.h5 -o -
 2 ~expected.one.of ./t c.h5 --cell other -o x.h5
-2 ~expected.one.of ./t c.h5 --means other -o x.h5
-2 ~expected.the.start.before.the.end ./t c.h5 --exposure-ramp 0.5 0.2 -o x.h5
-2 ~--own-output-rate ./t c.h5 --own-output-rate 1.5 -o x.h5
+2 ~--carry ./t c.h5 --carry 1.5 -o x.h5
 2 ~--val.-: ./t c.h5 --val - -o x.h5
 2 ~shards ./t c.h5 --shards 5 -o x.h5
 2 ~frames.in.all train-lstm -q c.h5 --batch 65536 --window 100000 -o x.h5

@@ -20,14 +20,14 @@ Tensor noise(at::IntArrayRef sizes, std::uint64_t stream) {
   return nn::normal_tensor(sizes, random).to(torch::kDouble);
 }
 
-LstmGmmConfig tiny(Cell cell = Cell::paper, Means means = Means::change) {
+LstmGmmConfig tiny(Cell cell = Cell::paper, double carry = 0.9) {
   LstmGmmConfig c;
   c.features = 6;
   c.hidden = 8;
   c.width = 7;
   c.mixtures = 3;
   c.cell = cell;
-  c.means = means;
+  c.carry = carry;
   return c;
 }
 
@@ -78,8 +78,8 @@ TEST(LstmGmm, FarFromEveryComponentTheLossIsFiniteAndSoIsItsGradient) {
 }
 
 TEST(LstmGmm, FiniteDifferencesThroughTheWholeNetwork) {
-  for (const auto& [cell, means] : {std::pair{Cell::paper, Means::change}, {Cell::standard, Means::pose}}) {
-    Network network(tiny(cell, means), 3);
+  for (const auto& [cell, carry] : {std::pair{Cell::paper, 0.9}, {Cell::standard, 0.0}}) {
+    Network network(tiny(cell, carry), 3);
     network.to(torch::kDouble);
     const Tensor x = noise({10, 8}, 1), next = noise({10, 6}, 2), bits = (noise({10, 2}, 3) > 0).to(torch::kDouble);
     const auto loss = [&](const std::vector<Tensor>& in) {
@@ -121,27 +121,6 @@ TEST(LstmGmm, InitialStateMakesTheSecondFrameProbable) {
   EXPECT_TRUE(torch::equal(state.narrow(0, 2, 1), initial_state(network, first.narrow(0, 2, 1), second.narrow(0, 2, 1))));
 }
 
-TEST(LstmGmm, DrawsComeFromTheMixture) {
-  const std::int64_t n = 30000;
-  const Mixture m{torch::tensor({0.7f, 0.3f}).log().expand({n, 2}), torch::tensor({-10.0f, 0.0f, 10.0f, 20.0f}).view({1, 2, 2}).expand({n, 2, 2}),
-                  torch::tensor({0.1f, 0.2f, 0.3f, 0.4f}).log().view({1, 2, 2}).expand({n, 2, 2}), torch::tensor({0.3f, -0.3f}).expand({n, 2})};
-  Random random(4, 1);
-  const Tensor x = draw(m, random).to(torch::kDouble);
-  ASSERT_EQ(x.sizes(), at::IntArrayRef({n, 4}));
-  EXPECT_TRUE((x.select(1, 2) == 1).all().item<bool>() && (x.select(1, 3) == 0).all().item<bool>());
-  const Tensor first = x.select(1, 0) < 0;
-  EXPECT_NEAR(first.to(torch::kDouble).mean().item<double>(), 0.7, 4 * std::sqrt(0.7 * 0.3 / n));
-  for (int k = 0; k < 2; ++k) {
-    const Tensor own = x.index({first}).select(1, k), other = x.index({~first}).select(1, k);
-    EXPECT_NEAR(own.mean().item<double>(), k == 0 ? -10 : 0, 0.01);
-    EXPECT_NEAR(own.std().item<double>(), 0.1 * (k + 1), 0.01);
-    EXPECT_NEAR(other.mean().item<double>(), k == 0 ? 10 : 20, 0.02);
-    EXPECT_NEAR(other.std().item<double>(), 0.1 * (k + 3), 0.02);
-  }
-  Random again(4, 1);
-  EXPECT_TRUE(torch::equal(draw(m, again).to(torch::kDouble), x));
-}
-
 ClipRequest request(std::uint64_t stream, std::int64_t frames, std::int64_t state) {
   Random random(9, stream);
   ClipRequest r{1, stream, frames, {}, {}};
@@ -152,8 +131,8 @@ ClipRequest request(std::uint64_t stream, std::int64_t frames, std::int64_t stat
 }
 
 TEST(Sampler, ScaleZeroFollowsTheNetwork) {
-  for (const auto& [cell, means] : {std::pair{Cell::paper, Means::change}, {Cell::standard, Means::pose}}) {
-    const Network network(tiny(cell, means), 4);
+  for (const auto& [cell, carry] : {std::pair{Cell::paper, 0.9}, {Cell::standard, 0.0}}) {
+    const Network network(tiny(cell, carry), 4);
     const Sampler sampler(network);
     const ClipRequest r = request(1, 12, 32);
     const auto frames = sampler.sample({r}, {1, 4, 0, 0})[0];
@@ -172,7 +151,7 @@ TEST(Sampler, ScaleZeroFollowsTheNetwork) {
 
 // A network whose output does not depend on its input.
 Network constant(const std::vector<float>& y) {
-  Network network(tiny(Cell::paper, Means::pose), 1);
+  Network network(tiny(Cell::paper, 0), 1);
   const torch::NoGradGuard guard;
   for (auto& p : network.parameters()) p.zero_();
   network.named_parameters()["decoder.1.bias"].copy_(torch::tensor(y));
@@ -234,14 +213,17 @@ TEST(Sampler, StartsOfAnotherSizeAreRefused) {
 }
 
 TEST(Config, JsonAndRefusals) {
-  const LstmGmmConfig c = tiny(Cell::standard, Means::pose);
+  const LstmGmmConfig c = tiny(Cell::standard, 0);
   EXPECT_EQ(config_from_json(to_json(c)), c);
   auto json = to_json(c);
-  for (const char* word : {"cell", "means"}) {
-    json[word] = "other";
+  for (const char* name : {"cell", "carry"}) {
+    json[name] = "other";
     EXPECT_THROW(config_from_json(json), Error);
     json = to_json(c);
   }
+  json["carry"] = 1.5;
+  EXPECT_THROW(config_from_json(json), Error);
+  json = to_json(c);
   json.erase("hidden");
   EXPECT_THROW(config_from_json(json), Error);
   json = to_json(c);
