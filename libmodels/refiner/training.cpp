@@ -19,12 +19,14 @@ using Json = nlohmann::json;
 using torch::Tensor;
 
 enum Draw : std::uint64_t { kReal = 101, kGenerated = 102, kNoise = 103, kBuffer = 104, kFill = 105 };  // the networks draw their weights from the streams below
-enum Balance : std::int64_t { kRatio = 0, kSince = 1, kFigures = 2 };
+enum Balance : std::int64_t { kRatio = 0, kSince = 1, kLoss = 2, kFigures = 3 };
 
 // The log's columns: those of the other network keep what they were.
 constexpr std::array kTerms = {"adversarial", "root", "discriminator", "accuracy_refined", "accuracy_real", "ratio"};
 
 constexpr std::int64_t kMostBatchFrames = 1 << 20;
+constexpr double kRemembered = 0.9;  // of the discriminator's mean loss from one of its updates to the next
+const double kUndecided = std::log(2.0);
 
 Tensor soft_plus(const Tensor& x) { return torch::nn::functional::softplus(x); }
 
@@ -85,6 +87,7 @@ RefinerTraining::RefinerTraining(RefinerConfig network, TrainingConfig config, c
   effector_deviation_ = (squares / frames - (sum / frames).square()).clamp_min(0).sqrt().clamp_min(1e-2).to(torch::kFloat);  // a centimetre, or a centimetre a second
   balance_ = torch::zeros({kFigures + static_cast<std::int64_t>(kTerms.size())});
   balance_[kRatio] = config_.ratio;
+  balance_[kLoss] = kUndecided;
   const torch::NoGradGuard no_grad;
   const Tensor first = windows(generated_, config_.buffer, stream_of(kFill, 0));
   buffer_ = torch::empty({config_.buffer, config_.window, network_.columns()});
@@ -215,9 +218,11 @@ void RefinerTraining::updated(const train::LossTerms& terms) {
     return;
   }
   balance_[kSince] = 0;
-  const double loss = terms[2].second, ratio = balance_[kRatio].item<float>();
-  if (loss < config_.low_loss) balance_[kRatio] = std::min(config_.most_ratio, 2 * ratio);
-  if (loss > config_.high_loss) balance_[kRatio] = std::max(1.0, std::floor(ratio / 2));
+  const double loss = kRemembered * balance_[kLoss].item<float>() + (1 - kRemembered) * terms[2].second, ratio = balance_[kRatio].item<float>();
+  balance_[kLoss] = loss;
+  if (loss >= config_.low_loss && loss <= config_.high_loss) return;
+  balance_[kRatio] = loss < config_.low_loss ? std::min(config_.most_ratio, 2 * ratio) : std::max(1.0, std::floor(ratio / 2));
+  balance_[kLoss] = kUndecided;
 }
 
 }  // namespace mocap::refiner

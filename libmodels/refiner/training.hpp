@@ -4,8 +4,9 @@
 //   discriminator  E = (mean -log(1 - D(R(x))) + mean -log D(x_real)) / 2              eq. 10, halved: the "softmax loss" whose limits steer the training, log 2 where D knows nothing
 // Means over the frames of all windows. Clips shorter than a window are left out.
 //
-// In the beginning both are updated 75 times in turns. After that one update of the discriminator follows every n of the refiner: n = 5, doubled after a discriminator loss below 0.01,
-// halved (5 to 2) after one above 1, kept within 1..80. Half of the refined motions that the discriminator sees are made by the refiner as it is, half come from a buffer of 320 made by earlier ones,
+// In the beginning both are updated 75 times in turns. After that one update of the discriminator follows every n of the refiner: n = 5, doubled where the discriminator's loss is below 0.01,
+// halved (5 to 2) where it is above 1, kept within 1..80. The paper goes by the loss, here it is its mean over about ten updates (exponential, from log 2 after each change): by single batches,
+// two unlucky ones in eight hundred updates left n at 1, and the discriminator won for good. Half of the refined motions that the discriminator sees are made by the refiner as it is, half come from a buffer of 320 made by earlier ones,
 // of which as many are then replaced by the new. RMSProp, 0.002 and 0.005, decay 0.9.
 //
 // The contact bits that the discriminator sees carry noise of deviation 0.1, those of real motion too: a refined bit is a number near 0 or 1, and exactness alone would give it away.
