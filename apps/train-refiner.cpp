@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
@@ -39,24 +40,30 @@ class TrainRefiner final : public tools::TrainingTool {
 
   void options(CLI::App& app) override {
     app.add_option("--generator", generator_, "model whose motion is to be refined")->required()->check(cli::path());
-    app.add_option("--preset", preset_, "paper (layers of 512) or small (256)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
+    app.add_option("--preset", preset_, "paper (layers of 512, 3,000 updates, rates 0.002 and 0.005, 5 to 1) or small (128, 10,000 updates, rates 0.0003 and 0.001, 1 to 1)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_flag("--no-contacts", no_contacts_, "neither network sees the contact bits");
     app.add_option("--samples", samples_, "motions sampled from the generator")->check(cli::whole(1, 1000000, "MOTIONS"))->capture_default_str();
     app.add_option("--sample-frames", sample_frames_, "frames of each")->check(cli::whole(2, 1000000, "FRAMES"))->capture_default_str();
-    app.add_option("--steps", c_.steps, "updates of either network")->check(cli::whole(1, 1000000000, "STEPS"))->capture_default_str();
+    app.add_option("--noise-scale", settings_.noise_scale, "factor on the generator's noise, as `sample` has it; refine what was sampled with the same")->check(cli::non_negative("FACTOR"))->capture_default_str();
+    app.add_option("--steps", steps_, "updates of either network (preset)")->check(cli::whole(1, 1000000000, "STEPS"));
     app.add_option("--batch", c_.batch, "windows in a batch, an even number")->check(cli::whole(2, 65536, "CLIPS"))->capture_default_str();
     app.add_option("--window", c_.window, "frames of a window")->check(cli::whole(2, 100000, "FRAMES"))->capture_default_str();
     app.add_option("--buffer", c_.buffer, "refined motions remembered for the discriminator")->check(cli::whole(1, 1000000, "MOTIONS"))->capture_default_str();
     app.add_option("--root-weight", c_.root_weight, "of the squared distance between the root's ways before and after, m^2")->check(cli::non_negative("WEIGHT"))->capture_default_str();
-    app.add_option("--learning-rate", c_.refiner_rate, "of RMSProp, of the refiner")->check(cli::positive("RATE"))->capture_default_str();
-    app.add_option("--discriminator-rate", c_.discriminator_rate, "of the discriminator")->check(cli::positive("RATE"))->capture_default_str();
-    app.add_option("--ratio", c_.ratio, "updates of the refiner for one of the discriminator; doubled where it is too strong, halved where it is too weak")->check(cli::between(1, 80, "UPDATES"))->capture_default_str();
+    app.add_option("--learning-rate", refiner_rate_, "of RMSProp, of the refiner (preset)")->check(cli::positive("RATE"));
+    app.add_option("--discriminator-rate", discriminator_rate_, "of the discriminator (preset)")->check(cli::positive("RATE"));
+    app.add_option("--ratio", ratio_, "updates of the refiner for one of the discriminator (preset); doubled where it is too strong, halved where it is too weak")->check(cli::between(1, 80, "UPDATES"));
     add_loop_options(app);
   }
 
   Exit run(cli::Context& context) override {
     const std::string input = begin(context, {generator_});
     if (generator_ == "-" && input == "-") refuse_usage("--generator - and the archive from standard input, expected one of them to be a file");
+    const auto preset = refiner::TrainingConfig::preset(preset_);
+    c_.steps = steps_.value_or(preset.steps);
+    c_.refiner_rate = refiner_rate_.value_or(preset.refiner_rate);
+    c_.discriminator_rate = discriminator_rate_.value_or(preset.discriminator_rate);
+    c_.ratio = ratio_.value_or(preset.ratio);
     c_.seed = context.seed();
     c_.shards = shards();
     c_.validate();
@@ -70,18 +77,17 @@ class TrainRefiner final : public tools::TrainingTool {
     const auto generator = generators::make_generator(file, generator_);
     train::check_alike(*generator->skeleton(), generator->frame_rate_hz(), real.reference(), {generator_, 0, {}}, "the training data");
     if (const std::size_t few = real.shorter_than(c_.window); few > 0) log::warn("{} clips of less than --window {} frames are left out", few, c_.window);
-    generators::SampleSettings settings;
-    settings.seed = context.seed();
-    settings.threads = context.threads();
+    settings_.seed = context.seed();
+    settings_.threads = context.threads();
     std::vector<generators::ClipOrder> orders;
     for (std::int64_t i = 0; i < samples_; ++i)
       orders.push_back({fmt::format("sample-{}", i), generator->combinations()[static_cast<std::size_t>(i) % generator->combinations().size()], sample_frames_, kOtherMotions + static_cast<std::uint64_t>(i)});
-    const train::StateDataset generated(generator_, generator->sample(orders, settings), real.reference());
+    const train::StateDataset generated(generator_, generator->sample(orders, settings_), real.reference());
     refiner::RefinerConfig network = refiner::RefinerConfig::preset(preset_);
     network.contacts = !no_contacts_;
     std::unique_ptr<refiner::RefinerTraining> made;
     try {
-      made = std::make_unique<refiner::RefinerTraining>(network, c_, real, generated, nlohmann::json{{"kind", generator->kind()}, {"sha256", digest}, {"samples", samples_}, {"frames", sample_frames_}});
+      made = std::make_unique<refiner::RefinerTraining>(network, c_, real, generated, nlohmann::json{{"kind", generator->kind()}, {"sha256", digest}, {"samples", samples_}, {"frames", sample_frames_}, {"noise_scale", settings_.noise_scale}});
     } catch (const Error& e) {
       if (e.status() != Exit::data || !e.where().file.empty()) throw;
       throw e.in_file(real.name());
@@ -97,6 +103,9 @@ class TrainRefiner final : public tools::TrainingTool {
   std::string generator_, preset_ = "small";
   bool no_contacts_ = false;
   std::int64_t samples_ = 512, sample_frames_ = 150;
+  std::optional<std::int64_t> steps_;
+  std::optional<double> refiner_rate_, discriminator_rate_, ratio_;
+  generators::SampleSettings settings_;
   refiner::TrainingConfig c_;
 };
 

@@ -14,9 +14,10 @@
 #   PRESET STEPS     of the LSTM (small; 3000)
 #   GENERAL_STEPS    steps on all training clips before those on VALUES (0)
 #   LSTM             more options of train-lstm
-#   REFINER_STEPS    updates of either network (3000)
+#   REFINER_STEPS    updates of either network (10000)
 #   REFINER          more options of train-refiner
 #   SAMPLES FRAMES   motions judged, frames of each (400, 150)
+#   NOISE            factor on the generator's noise, of what the refiners see and of what is judged (1)
 #   PIN              options of refine --pin-feet
 #   JUDGE            classifier of ATTRIBUTE that gives the features of FID and KID (trained here on all training clips)
 #   LABELLER         another that labels generated motion, so that mixes of values are matched and each value has rows of its own (trained here on the clips of VALUES)
@@ -37,9 +38,10 @@ REAL ?= --mirrored no --phase 0
 PRESET ?= small
 STEPS ?= 3000
 GENERAL_STEPS ?= 0
-REFINER_STEPS ?= 3000
+REFINER_STEPS ?= 10000
 SAMPLES ?= 400
 FRAMES ?= 150
+NOISE ?= 1
 JUDGING ?= --pca 32
 SEED ?= 1
 BIN ?= build/release/bin
@@ -62,7 +64,7 @@ $(error usage: make refinement DATA=folder LABELS=labels.tsv OUT=refinement (scr
 endif
 
 settings := DATA=$(DATA) LABELS=$(LABELS) ATTRIBUTE=$(ATTRIBUTE) VALUES=$(VALUES) CANONICALIZE=$(CANONICALIZE) SPLIT=$(SPLIT) REAL=$(REAL) GENERATOR=$(GENERATOR) PRESET=$(PRESET) STEPS=$(STEPS) \
-  GENERAL_STEPS=$(GENERAL_STEPS) LSTM=$(LSTM) REFINER_STEPS=$(REFINER_STEPS) REFINER=$(REFINER) SAMPLES=$(SAMPLES) FRAMES=$(FRAMES) PIN=$(PIN) JUDGE=$(JUDGE) LABELLER=$(LABELLER) JUDGING=$(JUDGING) SEED=$(SEED)
+  GENERAL_STEPS=$(GENERAL_STEPS) LSTM=$(LSTM) REFINER_STEPS=$(REFINER_STEPS) REFINER=$(REFINER) SAMPLES=$(SAMPLES) FRAMES=$(FRAMES) NOISE=$(NOISE) PIN=$(PIN) JUDGE=$(JUDGE) LABELLER=$(LABELLER) JUDGING=$(JUDGING) SEED=$(SEED)
 ifneq ($(and $(wildcard $(OUT)/settings),$(wildcard $(OUT)/*.h5)),)
   ifneq ($(strip $(settings)),$(strip $(file < $(OUT)/settings)))
     $(error $(OUT)/settings: this table was begun with other settings, expected the same or another OUT)
@@ -106,10 +108,10 @@ $(OUT)/lstm.h5: $(OUT)/train.h5 $(OUT)/val.h5 $(if $(filter-out 0,$(GENERAL_STEP
 	train-lstm $< --val $(OUT)/val.h5 $(if $(filter-out 0,$(GENERAL_STEPS)),--init-from $(OUT)/general.h5) --steps $(STEPS) $(lstm_options) -o $@ | tee $(OUT)/lstm.txt
 
 $(OUT)/refiner-%.h5: $(OUT)/train.h5 $(generator)
-	train-refiner $< --generator $(generator) $(if $(filter plain,$*),--no-contacts) --steps $(REFINER_STEPS) --seed $(SEED) $(REFINER) --resume -o $@
+	train-refiner $< --generator $(generator) --noise-scale $(NOISE) $(if $(filter plain,$*),--no-contacts) --steps $(REFINER_STEPS) --seed $(SEED) $(REFINER) --resume -o $@
 
 $(OUT)/generated.h5: $(generator) $(labeller)
-	sample -q -m $< -n $(SAMPLES) --frames $(FRAMES) --seed $(SEED) -o - | $(if $(GENERATOR),cat,classify - -m $(labeller) -o -) > $@
+	sample -q -m $< -n $(SAMPLES) --frames $(FRAMES) --noise-scale $(NOISE) --seed $(SEED) -o - | $(if $(GENERATOR),cat,classify - -m $(labeller) -o -) > $@
 
 $(OUT)/plain.h5 $(OUT)/contacts.h5: $(OUT)/%.h5: $(OUT)/refiner-%.h5 $(OUT)/generated.h5
 	refine -q $(OUT)/generated.h5 -m $< -f -o $@

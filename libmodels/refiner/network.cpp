@@ -40,7 +40,7 @@ std::int64_t RefinerConfig::discriminator_parameters() const {
 RefinerConfig RefinerConfig::preset(const std::string& name) {
   RefinerConfig c;
   if (name == "small")
-    c.hidden = c.width = 256;
+    c.hidden = c.width = 128;
   else if (name != "paper")
     refuse_usage(fmt::format("preset '{}', expected paper or small", name));
   return c;

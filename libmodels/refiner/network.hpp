@@ -39,7 +39,7 @@ struct RefinerConfig {
   std::int64_t refiner_parameters() const;
   std::int64_t discriminator_parameters() const;
 
-  static RefinerConfig preset(const std::string& name);  // "paper" (512) or "small" (256); Error(usage)
+  static RefinerConfig preset(const std::string& name);  // "paper" (512) or "small" (128); Error(usage)
   void validate() const;                                 // Error(data)
   bool operator==(const RefinerConfig&) const = default;
 };

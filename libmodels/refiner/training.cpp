@@ -32,6 +32,19 @@ Tensor soft_plus(const Tensor& x) { return torch::nn::functional::softplus(x); }
 
 }  // namespace
 
+TrainingConfig TrainingConfig::preset(const std::string& name) {
+  TrainingConfig c;
+  if (name == "small") {
+    c.steps = 10000;
+    c.ratio = 1;
+    c.refiner_rate = 3e-4;
+    c.discriminator_rate = 1e-3;
+  } else if (name != "paper") {
+    refuse_usage(fmt::format("preset '{}', expected paper or small", name));
+  }
+  return c;
+}
+
 void TrainingConfig::validate() const {
   const auto positive = [](const char* name, double v) {
     if (!(std::isfinite(v) && v > 0)) refuse_usage(fmt::format("{} is {}, expected a number above 0", name, v));

@@ -9,6 +9,8 @@
 // two unlucky ones in eight hundred updates left n at 1, and the discriminator won for good. Half of the refined motions that the discriminator sees are made by the refiner as it is, half come from a buffer of 320 made by earlier ones,
 // of which as many are then replaced by the new. RMSProp, 0.002 and 0.005, decay 0.9.
 //
+// The preset `small` begins at one to one and with rates of 0.0003 and 0.001: with the paper's, a short training chases the mean pose to and fro and never gets to smoothness (docs/results.md).
+//
 // The contact bits that the discriminator sees carry noise of deviation 0.1, those of real motion too: a refined bit is a number near 0 or 1, and exactness alone would give it away.
 #pragma once
 #include <memory>
@@ -29,6 +31,7 @@ struct TrainingConfig {
   int shards = 2;
   std::uint64_t seed = 1;
 
+  static TrainingConfig preset(const std::string& name);  // "paper" or "small"; Error(usage) for another name
   void validate() const;  // Error(usage)
 };
 nlohmann::json to_json(const TrainingConfig& config);

@@ -84,6 +84,7 @@ TEST(LstmGmmTraining, LearnsAMotionBetterThanStandingStill) {
   c.steps = 700;
   c.window = 60;
   c.rate = 5e-3;
+  c.decay_steps = 70;
   LstmGmmConfig network = tiny();
   network.hidden = network.width = 48;
   LstmGmmTraining training(network, c, *data().set, data().set.get());

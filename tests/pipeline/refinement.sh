@@ -11,7 +11,7 @@ export PATH=$bin:$PATH LC_ALL=C
 cd "$work"
 fail() { echo "refinement.sh: $*"; exit 1; }
 
-make-corpus -q --subjects 8 --seconds 3 --transitions 0 --action walking --action jogging --fps 60 -o corpus
+make-corpus -q --subjects 8 --seconds 3 --transitions 0 --action walking --action jogging -o corpus
 table() { make -s -f "$root/scripts/refinement.mk" BIN="$bin" DATA=corpus LABELS=corpus/labels.tsv OUT=t VALUES="walking jogging" SPLIT="--by subject --ratios 10,2,4" STEPS=12 GENERAL_STEPS=4 REFINER_STEPS=8 \
   LSTM="--batch 4" REFINER="--batch 4 --buffer 8 --samples 8" SAMPLES=16 FRAMES=60 JUDGING="--pca 4 --resamples 10" "$@"; }
 table > out.txt 2> log.txt || { tail -5 log.txt; fail "status $?"; }

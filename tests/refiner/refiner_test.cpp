@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 #include <functional>
 
 #include "libmocap/base/error.hpp"
@@ -289,15 +290,26 @@ TEST(Training, BeginsInTurnsThenFiveToOneAndAdapts) {
   seen.clear();
   run(12, 0.5);
   EXPECT_EQ(seen, "rrrrrdrrrrrd");
-  seen.clear();
-  run(6, 0.001);  // too strong: 10
-  run(11, 0.5);
-  EXPECT_EQ(seen, "rrrrrdrrrrrrrrrrd");
-  seen.clear();
-  run(11, 1.5);  // too weak: 5, then 2
-  run(6, 1.5);
-  run(6, 0.5);
-  EXPECT_EQ(seen, "rrrrrrrrrrdrrrrrdrrdrrd");
+  // `count` updates of the discriminator with this loss; how many of the refiner lie between the last two.
+  const auto between = [&](int count, double loss) {
+    int since = 0, last = 0;
+    while (count > 0) {
+      if (steps.discriminates()) {
+        last = std::exchange(since, 0);
+        --count;
+      } else {
+        ++since;
+      }
+      steps.updated(loss);
+    }
+    return last;
+  };
+  EXPECT_EQ(between(1, 30), 5);  // the mean is 3.6: halved, and begins at log 2 again
+  EXPECT_EQ(between(2, 0.5), 2);
+  EXPECT_EQ(between(1, 1.5), 2);  // one bad batch: 0.75
+  EXPECT_EQ(between(5, 0.5), 2);
+  EXPECT_EQ(between(50, 1e-4), 4);  // the mean is below 0.01 after some 40 updates
+  EXPECT_EQ(between(50, 1e-4), 8);
 }
 
 TEST(Training, HalfOfTheBatchIsOldAndGoesOutOfTheBuffer) {
