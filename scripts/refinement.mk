@@ -102,10 +102,10 @@ $(OUT)/judge.h5: $(OUT)/split/train.h5
 
 lstm_options := --preset $(PRESET) --seed $(SEED) $(LSTM) --resume
 $(OUT)/general.h5: $(OUT)/split/train.h5 $(OUT)/val.h5
-	train-lstm $< --val $(OUT)/val.h5 --steps $(GENERAL_STEPS) $(lstm_options) -o $@
+	train-lstm $< --val $(OUT)/val.h5 --steps $(GENERAL_STEPS) $(lstm_options) -o $@ > $(OUT)/general.txt
 
 $(OUT)/lstm.h5: $(OUT)/train.h5 $(OUT)/val.h5 $(if $(filter-out 0,$(GENERAL_STEPS)),$(OUT)/general.h5)
-	train-lstm $< --val $(OUT)/val.h5 $(if $(filter-out 0,$(GENERAL_STEPS)),--init-from $(OUT)/general.h5) --steps $(STEPS) $(lstm_options) -o $@ | tee $(OUT)/lstm.txt
+	train-lstm $< --val $(OUT)/val.h5 $(if $(filter-out 0,$(GENERAL_STEPS)),--init-from $(OUT)/general.h5) --steps $(STEPS) $(lstm_options) -o $@ > $(OUT)/lstm.txt
 
 $(OUT)/refiner-%.h5: $(OUT)/train.h5 $(generator)
 	train-refiner $< --generator $(generator) --noise-scale $(NOISE) $(if $(filter plain,$*),--no-contacts) --steps $(REFINER_STEPS) --seed $(SEED) $(REFINER) --resume -o $@

@@ -303,7 +303,6 @@ class Evaluation {
     };
     const auto any = [](const std::vector<double>& figures) { return std::any_of(figures.begin(), figures.end(), [](double v) { return std::isfinite(v); }); };
     const auto both = [&](const std::string& name, const std::vector<double>& mine, const std::vector<double>& theirs) {
-      if (!any(mine) && !any(theirs)) return;  // no clip has contacts
       compare(name, mine, theirs);
       for (std::size_t v = 0; v < values.size(); ++v) {
         const auto a = only(generated_, v, mine), b = only(real_, v, theirs);
@@ -315,10 +314,11 @@ class Evaluation {
       for (const auto& f : of_clips) out.push_back(f.*of);
       return out;
     };
-    for (const auto& [name, of] : {std::pair{"skate_mps", &metrics::ClipFigures::skate_mps}, {"skate_gmd", &metrics::ClipFigures::skate_gmd}, {"contact_speed_mps", &metrics::ClipFigures::contact_speed_mps},
-                                   {"contact_height_m", &metrics::ClipFigures::contact_height_m}, {"penetration_m", &metrics::ClipFigures::penetration_m},
+    for (const auto& [name, of] : {std::pair{"skate_mps", &metrics::ClipFigures::skate_mps}, {"skate_gmd", &metrics::ClipFigures::skate_gmd}, {"penetration_m", &metrics::ClipFigures::penetration_m},
                                    {"jerk", &metrics::ClipFigures::jerk}, {"energy", &metrics::ClipFigures::energy}})
       both(name, column(generated, of), column(real, of));
+    for (const auto& [name, of] : {std::pair{"contact_speed_mps", &metrics::ClipFigures::contact_speed_mps}, {"contact_height_m", &metrics::ClipFigures::contact_height_m}})
+      if (any(column(generated, of)) || any(column(real, of))) both(name, column(generated, of), column(real, of));
 
     // The real mean energy of each class; of all clips for those without one.
     std::map<std::string, std::pair<double, double>> energy;
