@@ -6,10 +6,11 @@
 Reads FOLDER/figures-ROW.json (fid-eval --json), FOLDER/compared-ROW.json (motion-compare --json) and the logs of the refiners' trainings; writes table.md and table.tsv there: all motion,
 then each value of the attribute. Exit status 3 names a file that is missing or not what it should be.
 """
-import json
 import statistics
 import sys
 from pathlib import Path
+
+from tool_json import fail, read
 
 ROWS = [("mocap", "captured"), ("generated", "generated"), ("plain", "refined, blind to contacts"), ("contacts", "refined, with contacts")]
 LAST = 200  # updates of the training over which the discriminator's accuracy is told
@@ -17,23 +18,6 @@ LAST = 200  # updates of the training over which the discriminator's accuracy is
 COLUMNS = [("skate m/s", "skate_mps", 3, False, True), ("skate ratio", "skate_gmd", 3, False, True), ("speed in contact m/s", "contact_speed_mps", 3, False, True),
            ("height in contact mm", "contact_height_m", 1, False, True), ("penetration mm", "penetration_m", 2, False, True), ("jerk, of real", "jerk", 2, True, True), ("FID", "fid", 1, False, False),
            ("KID", "kid", 3, False, False)]
-
-
-def fail(message):
-    print("refinement-table.py: " + message, file=sys.stderr)
-    sys.exit(3)
-
-
-def read(path, key):
-    try:
-        document = json.loads(path.read_text())
-    except OSError as e:
-        fail(f"{path}: {e.strerror}")
-    except ValueError as e:
-        fail(f"{path}: not JSON: {e}")
-    if not isinstance(document, dict) or key not in document:
-        fail(f"{path}: no {key}, expected the tool's --json")
-    return document
 
 
 def accuracy(path):

@@ -65,14 +65,8 @@ endif
 
 settings := DATA=$(DATA) LABELS=$(LABELS) ATTRIBUTE=$(ATTRIBUTE) VALUES=$(VALUES) CANONICALIZE=$(CANONICALIZE) SPLIT=$(SPLIT) REAL=$(REAL) GENERATOR=$(GENERATOR) PRESET=$(PRESET) STEPS=$(STEPS) \
   GENERAL_STEPS=$(GENERAL_STEPS) LSTM=$(LSTM) REFINER_STEPS=$(REFINER_STEPS) REFINER=$(REFINER) SAMPLES=$(SAMPLES) FRAMES=$(FRAMES) NOISE=$(NOISE) PIN=$(PIN) JUDGE=$(JUDGE) LABELLER=$(LABELLER) JUDGING=$(JUDGING) SEED=$(SEED)
-ifneq ($(and $(wildcard $(OUT)/settings),$(wildcard $(OUT)/*.h5)),)
-  ifneq ($(strip $(settings)),$(strip $(file < $(OUT)/settings)))
-    $(error $(OUT)/settings: this table was begun with other settings, expected the same or another OUT)
-  endif
-else ifeq ($(findstring n,$(firstword -$(MAKEFLAGS))),)
-  $(shell mkdir -p $(OUT))
-  $(file > $(OUT)/settings,$(settings))
-endif
+include $(here)stamp.mk
+$(eval $(call stamp,$(OUT)/settings,$(settings),table,$(OUT)/*.h5))
 
 $(OUT)/all.h5:
 	if [ -d "$(DATA)" ]; then

@@ -9,10 +9,10 @@ over seeds and judges' mean, and in brackets the smallest and largest seed; with
 the ends of its 95 % interval. Exit status 3 names a file that is missing or not what fid-eval writes.
 """
 import argparse
-import json
 import statistics
-import sys
 from pathlib import Path
+
+from tool_json import read
 
 NAMES = {"motion-cell": "Proposed", "single-layer": "Proposed (SL)", "uniform-joints": "Proposed (NL)", "no-classifier": "Proposed (NC)", "quaternet": "QuaterNet", "erd": "ERD"}
 ORDER = ["erd", "quaternet", "single-layer", "uniform-joints", "no-classifier", "motion-cell"]  # the paper's
@@ -23,23 +23,6 @@ COLUMNS = [("IS", "is", 3), ("FID test", "fid", 1), ("FID train", "fid.train", 1
 # The same for each value: energy and jerk are those of the joints, skate that of toes in contact.
 BY_VALUE = [("energy, of real", "energy", 2), ("variance in a class, of real", "within_class_variance", 2), ("jerk, of real", "jerk", 2), ("skate, of real", "skate_mps", 2), ("frozen", "frozen_share", 3)]
 OF_REAL = {"within_class_variance", "energy", "jerk"}
-
-
-def fail(message):
-    print("table2-table.py: " + message, file=sys.stderr)
-    sys.exit(3)
-
-
-def read(path):
-    try:
-        document = json.loads(path.read_text())
-    except OSError as e:
-        fail(f"{path}: {e.strerror}")
-    except ValueError as e:
-        fail(f"{path}: not JSON: {e}")
-    if not isinstance(document, dict) or "fid.value" not in document:
-        fail(f"{path}: no fid.value, expected what fid-eval --json writes")
-    return document
 
 
 def value(document, figure, field="value", of_real=None):
@@ -61,7 +44,7 @@ def main():
     for name in ("models", "seeds", "judges"):
         parser.add_argument("--" + name, nargs="+", required=True)
     a = parser.parse_args()
-    figures = {(m, s, j): read(a.folder / f"figures-{m}-{s}-{j}.json") for m in a.models for s in a.seeds for j in a.judges}
+    figures = {(m, s, j): read(a.folder / f"figures-{m}-{s}-{j}.json", "fid.value") for m in a.models for s in a.seeds for j in a.judges}
 
     everything = list(figures.values())
     judged = sorted({key[:-len(".value")] for d in everything for key in d if key.startswith("accuracy.") and key.endswith(".value")})

@@ -72,17 +72,7 @@ endif
 # MODELS, SEEDS and JUDGES may grow; what decides a file may not change under it.
 # What concerns one model lies in a stamp of its own.
 settings := DATA=$(DATA) LABELS=$(LABELS) DENOISER=$(DENOISER) ATTRIBUTES=$(ATTRIBUTES) PERIODIC=$(PERIODIC) OTHER=$(OTHER) OTHER_FRAMES=$(OTHER_FRAMES) STOP=$(STOP) SPLIT=$(SPLIT) SELECT=$(SELECT) PRESET=$(PRESET) STEPS=$(STEPS) SAMPLES=$(SAMPLES) JUDGING=$(JUDGING) OPTIONS=$(OPTIONS)
-# $(eval $(call stamp,FILE,SETTINGS,WHAT,FILES)); where none of FILES is there yet, settings may still change.
-define stamp
-ifneq ($$(and $$(wildcard $(1)),$$(wildcard $(4))),)
-  ifneq ($$(strip $(2)),$$(strip $$(file < $(1))))
-    $$(error $(1): this $(3) was begun with other settings, expected the same or another OUT)
-  endif
-else ifeq ($$(findstring n,$$(firstword -$$(MAKEFLAGS))),)
-  $$(shell mkdir -p $(OUT))
-  $$(file > $(1),$(2))
-endif
-endef
+include $(here)stamp.mk
 $(eval $(call stamp,$(OUT)/settings,$(settings),table,$(OUT)/*.h5))
 $(foreach m,$(MODELS),$(eval $(call stamp,$(OUT)/settings-$(m),OPTIONS=$(OPTIONS_$(m)) STEPS=$(STEPS_$(m)) TRAIN=$(TRAIN_$(m)),model,$(OUT)/$(m)-[0-9]*.h5*)))
 ifeq ($(strip $(PERIODIC)),)
