@@ -33,6 +33,7 @@ class MakeCorpus final : public cli::Tool {
             {"make-corpus --subjects 100 --clips 2 --transitions 0 -o corpus/ && canonicalize corpus/ --labels "
              "corpus/labels.tsv -o corpus.h5",
              "the size of the paper's data, as a motion archive"},
+            {"make-corpus --action walking --action jogging --transitions 2 --turning 5 -o courses/", "bends and turns, for models that are to be steered"},
             {"make-corpus --noise --noise-level 1.5 -o pairs/",
              "pairs/noisy for a denoiser, pairs/clean beside it, pairs/manifest.tsv: what was disturbed"}};
   }
@@ -64,6 +65,9 @@ class MakeCorpus final : public cli::Tool {
         ->capture_default_str();
     app.add_option("--action", actions_, "only this action instead of all four")
         ->check(cli::one_of({"walking", "jogging", "jumping", "lifting"}));
+    app.add_option("--turning", plan_.turning, "factor on how fast walkers and joggers turn: 1 up to about 20 degrees/s, 5 up to 100")
+        ->check(cli::between(0, 10, "FACTOR"))
+        ->capture_default_str();
     noise_option_ = app.add_flag("--noise", noise_,
                                  "also a twin with sensor noise: clean/ and noisy/ with equal names, and manifest.tsv");
     app.add_option("--noise-level", level_, "1: jitter of 0.6 degrees and 4 mm, a spike every 2 s, a dropout every 4 s")

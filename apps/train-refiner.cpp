@@ -50,8 +50,11 @@ class TrainRefiner final : public tools::TrainingTool {
     app.add_option("--window", c_.window, "frames of a window")->check(cli::whole(2, 100000, "FRAMES"))->capture_default_str();
     app.add_option("--buffer", c_.buffer, "refined motions remembered for the discriminator")->check(cli::whole(1, 1000000, "MOTIONS"))->capture_default_str();
     app.add_option("--root-weight", c_.root_weight, "of the squared distance between the root's ways before and after, m^2")->check(cli::non_negative("WEIGHT"))->capture_default_str();
+    app.add_option("--contact-weight", c_.contact_weight, "of the squared speed of feet whose contact bit says that they are down, m^2/s^2; 0 as in the paper")->check(cli::non_negative("WEIGHT"))->capture_default_str();
+    app.add_option("--full-rate", c_.full_rate, "share of the updates after which both rates fall linearly to 0")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
     app.add_option("--learning-rate", refiner_rate_, "of RMSProp, of the refiner (preset)")->check(cli::positive("RATE"));
     app.add_option("--discriminator-rate", discriminator_rate_, "of the discriminator (preset)")->check(cli::positive("RATE"));
+    app.add_option("--gradient-limit", c_.gradient_limit, "largest norm of a gradient; 0: none, as in the paper")->check(cli::non_negative("NORM"))->capture_default_str();
     app.add_option("--ratio", ratio_, "updates of the refiner for one of the discriminator (preset); doubled where it is too strong, halved where it is too weak")->check(cli::between(1, 80, "UPDATES"));
     add_loop_options(app);
   }

@@ -5,7 +5,7 @@ set -eu
 [ "${MOCAPKIT_NO_INSTALL:-0}" = 1 ] && exit 0
 
 packages="g++ cmake ninja-build ccache pkg-config git
-libtorch-dev libopenblas-dev libeigen3-dev libcli11-dev libhdf5-dev libfmt-dev libspdlog-dev libzip-dev zlib1g-dev libssl-dev libpcre2-dev
+libtorch-dev libopenblas-dev libeigen3-dev libcli11-dev libhdf5-dev libfmt-dev libspdlog-dev libzip-dev libpugixml-dev zlib1g-dev libssl-dev libpcre2-dev
 nlohmann-json3-dev libtomlplusplus-dev libfast-float-dev librandom123-dev libcairo2-dev libgtest-dev libbenchmark-dev
 python3-numpy python3-h5py python3-scipy hdf5-tools"
 
@@ -15,7 +15,7 @@ install-deps: no apt-get here, so nothing is installed. Provide these through mo
   prefixes, e.g. CMAKE_PREFIX_PATH=$HOME/libtorch:$HOME/.local):
     a C++20 compiler (g++ 12 or newer), CMake 3.25, Ninja, pkg-config
     Eigen 3.4, CLI11 2.1, HDF5 1.10 to 1.14 (C), fmt 9, spdlog 1.10, nlohmann-json 3, toml++ 3, fast_float, Random123,
-    libzip, zlib, PCRE2 (8 bit), OpenSSL (crypto), cairo
+    libzip, pugixml, zlib, PCRE2 (8 bit), OpenSSL (crypto), cairo
     OpenBLAS with LAPACK; LibTorch 1.13 or 2.x (without it only the file tools are built)
     GoogleTest for the tests (-DMOCAPKIT_TESTS=OFF without), google-benchmark (-DMOCAPKIT_BENCH=OFF),
     python3 with numpy, h5py and scipy for the tests

@@ -58,12 +58,16 @@ Clip make_clip(const CorpusPlan& plan, const ClipId& id) {
   const Subject subject = draw_subject(plan.seed, id.gender, id.subject);
   Random random = stream(plan, id, kMotion);
   const auto frames = static_cast<std::size_t>(std::max<long>(2, std::lround(plan.seconds * kFrameRateHz)));
+  const auto gait = [&](GaitPlan course) {
+    course.turning = plan.turning;
+    return make_gait(subject, course, random, frames, kFrameRateHz);
+  };
   const auto make = [&] {
     switch (id.action) {
       case Action::walking:
-        return make_gait(subject, GaitPlan::steady(false), random, frames, kFrameRateHz);
+        return gait(GaitPlan::steady(false));
       case Action::jogging:
-        return make_gait(subject, GaitPlan::steady(true), random, frames, kFrameRateHz);
+        return gait(GaitPlan::steady(true));
       case Action::jumping:
         return make_jumping(subject, random, frames, kFrameRateHz);
       case Action::lifting:
@@ -71,8 +75,7 @@ Clip make_clip(const CorpusPlan& plan, const ClipId& id) {
       case Action::transition:
         break;
     }
-    const GaitPlan course = GaitPlan::walk_jog_walk(random, static_cast<double>(frames) / kFrameRateHz, kFrameRateHz);
-    return make_gait(subject, course, random, frames, kFrameRateHz);
+    return gait(GaitPlan::walk_jog_walk(random, static_cast<double>(frames) / kFrameRateHz, kFrameRateHz));
   };
   Clip clip = make();
   clip.name = id.stem();

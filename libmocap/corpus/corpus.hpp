@@ -31,6 +31,7 @@ struct CorpusPlan {
   int takes = 1;        // of each action and subject
   int transitions = 1;  // walk-jog-walk clips of each subject
   double seconds = 8;   // of a clip
+  double turning = 1;   // factor on how fast walkers and joggers turn: 1 up to about 20 degrees/s, 5 up to 100
   std::vector<Action> actions = {Action::walking, Action::jogging, Action::jumping, Action::lifting};
 };
 
@@ -39,7 +40,7 @@ std::vector<ClipId> list_clips(const CorpusPlan& plan);
 
 // One clip at 120 Hz in metres, Z up, somewhere on the ground facing anywhere; name = stem, source.path = stem +
 // ".bvh"; attributes action (not on transitions, whose segments carry it), gender, subject; contacts. The same bits for
-// equal (seed, id, seconds), whatever else is made. Cost: about 3 us a frame.
+// equal (seed, id, seconds, turning), whatever else is made. Cost: about 3 us a frame.
 Clip make_clip(const CorpusPlan& plan, const ClipId& id);
 
 // The noisy twin of a clip: a copy disturbed by add_sensor_noise with the clip's own stream.

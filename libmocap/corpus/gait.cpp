@@ -271,7 +271,7 @@ Clip make_gait(const Subject& subject, const GaitPlan& plan, Random& random, std
   Vector2 place = start;
   double phase = phase0 - 4;
   for (std::size_t i = 0; i < grid; ++i) {
-    const double t = course.time(i), heading = heading0 + turning * t + radians(9) * turn(t);
+    const double t = course.time(i), heading = heading0 + plan.turning * (turning * t + radians(9) * turn(t));
     const Gait g = performer.at(plan.jogging(t));
     course.phase.push_back(phase);
     course.heading.push_back(heading);

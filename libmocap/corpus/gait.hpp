@@ -18,6 +18,7 @@ namespace mocap::corpus {
 struct GaitPlan {
   KeyCurve jogging;               // finished; constant 0 or 1 for a steady clip
   std::vector<Segment> segments;  // labels in frames of the clip, for transitions
+  double turning = 1;             // factor on the change of heading
   static GaitPlan steady(bool jogging);
   // Walk, jog, walk: two changes over about 1.5 s each; segments change where the mixture crosses 1/2.
   static GaitPlan walk_jog_walk(Random& random, double seconds, double rate_hz);

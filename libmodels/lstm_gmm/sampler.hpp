@@ -18,6 +18,8 @@ struct ClipRequest {
   std::int64_t frames = 0;
   std::vector<float> first;  // (input) frame 0, which is the clip's first frame
   std::vector<float> state;  // (state) of the network before it; empty: 0
+  std::vector<float> given = {};  // (G, input) frames 1 .. G, taken as they are instead of drawn
+  std::vector<float> draws = {};  // (frames - 1, 1 + features) standard normal numbers that decide frames 1 ..: the component by the first's distribution function, then the features; empty: the stream's
 };
 
 struct SampleOptions {

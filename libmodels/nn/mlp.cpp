@@ -64,7 +64,11 @@ struct MlpFunction : torch::autograd::Function<MlpFunction> {
     const Tensor dx = at::empty_like(k.x);
     k.mlp.backward(static_cast<int>(rows), views<T>(k.y), views<T>(d), view<T>(dx));
     variable_list out{dx};
-    append_layer_gradients<T>(rows, view<T>(k.x), k.y, d, k.x.size(1), out);
+    const std::size_t parameters = 2 * d.size();
+    if (ctx->needs_input_grad({torch::autograd::IndexRange{1, 1 + parameters}}))
+      append_layer_gradients<T>(rows, view<T>(k.x), k.y, d, k.x.size(1), out);
+    else
+      out.resize(1 + parameters);  // a network that is held fixed and only looked through
     out.emplace_back();
     return out;
   }

@@ -77,8 +77,7 @@ RefinerConfig config_from_json(const nlohmann::json& json) {
   return config;
 }
 
-EndEffectors::EndEffectors(const train::StateReference& reference)
-    : body_(*reference.skeleton), mean_(torch::tensor(reference.mean)), deviation_(torch::tensor(reference.deviation)), joints_(reference.skeleton->joint_count()), rate_(reference.frame_rate_hz) {
+EndEffectors::EndEffectors(const train::StateReference& reference) : EndEffectors(reference, std::vector<int>{}) {
   std::vector<std::int64_t> points;
   for (const char* role : {"left_foot", "right_foot", "left_ankle", "right_ankle", "left_hand", "right_hand", "head"}) {
     const int joint = reference.skeleton->find_role(role);
@@ -88,6 +87,16 @@ EndEffectors::EndEffectors(const train::StateReference& reference)
     } else if (std::string(role).ends_with("_foot")) {
       refuse({{}, 0, "skeleton/roles"}, std::string("no ") + role + ", expected feet: they are what is refined");
     }
+  }
+  points_ = torch::tensor(points, torch::kLong);
+}
+
+EndEffectors::EndEffectors(const train::StateReference& reference, const std::vector<int>& joints)
+    : body_(*reference.skeleton), mean_(torch::tensor(reference.mean)), deviation_(torch::tensor(reference.deviation)), joints_(reference.skeleton->joint_count()), rate_(reference.frame_rate_hz) {
+  std::vector<std::int64_t> points;
+  for (const int joint : joints) {
+    points.push_back(joint - 1);
+    names_.push_back(reference.skeleton->joint_names[static_cast<std::size_t>(joint)]);
   }
   points_ = torch::tensor(points, torch::kLong);
 }

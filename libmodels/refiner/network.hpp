@@ -51,6 +51,7 @@ class EndEffectors {
  public:
   // Error(data) for a skeleton without feet.
   explicit EndEffectors(const train::StateReference& reference);
+  EndEffectors(const train::StateReference& reference, const std::vector<int>& joints);  // of any joints but the root
   int count() const { return static_cast<int>(points_.size(0)); }
   const std::vector<std::string>& names() const { return names_; }
 

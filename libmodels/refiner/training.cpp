@@ -22,7 +22,7 @@ enum Draw : std::uint64_t { kReal = 101, kGenerated = 102, kNoise = 103, kBuffer
 enum Balance : std::int64_t { kRatio = 0, kSince = 1, kLoss = 2, kFigures = 3 };
 
 // The log's columns: those of the other network keep what they were.
-constexpr std::array kTerms = {"adversarial", "root", "discriminator", "accuracy_refined", "accuracy_real", "ratio"};
+constexpr std::array kTerms = {"adversarial", "root", "contact", "discriminator", "accuracy_refined", "accuracy_real", "ratio"};
 
 constexpr std::int64_t kMostBatchFrames = 1 << 20;
 constexpr double kRemembered = 0.9;  // of the discriminator's mean loss from one of its updates to the next
@@ -59,6 +59,9 @@ void TrainingConfig::validate() const {
   if (window > kMostBatchFrames / std::max(batch, buffer)) refuse_usage(fmt::format("{} windows of {} frames, expected at most {} frames in all", std::max(batch, buffer), window, kMostBatchFrames));
   if (beginning < 0) refuse_usage(fmt::format("{} updates in the beginning, expected 0 or more", beginning));
   if (!(root_weight >= 0 && std::isfinite(root_weight))) refuse_usage(fmt::format("root weight is {}, expected 0 or more", root_weight));
+  if (!(contact_weight >= 0 && std::isfinite(contact_weight))) refuse_usage(fmt::format("contact weight is {}, expected 0 or more", contact_weight));
+  if (!(full_rate >= 0 && full_rate <= 1)) refuse_usage(fmt::format("rates that fall from {} of the updates on, expected a share from 0 to 1", full_rate));
+  if (!(gradient_limit >= 0 && std::isfinite(gradient_limit))) refuse_usage(fmt::format("gradient limit is {}, expected 0 or more", gradient_limit));
   if (!(contact_noise >= 0 && std::isfinite(contact_noise))) refuse_usage(fmt::format("contact noise is {}, expected 0 or more", contact_noise));
   if (!(ratio >= 1 && ratio <= most_ratio)) refuse_usage(fmt::format("{} refiner updates for one of the discriminator, expected 1 to {}", ratio, most_ratio));
   if (shards < 1 || shards > batch / 2) refuse_usage(fmt::format("{} shards of a batch of {}, expected between 1 and half of the batch", shards, batch));
@@ -72,9 +75,11 @@ Json to_json(const TrainingConfig& c) {
               {"beginning", c.beginning},
               {"ratio", Json{{"begin", c.ratio}, {"most", c.most_ratio}, {"low_loss", c.low_loss}, {"high_loss", c.high_loss}}},
               {"root_weight", c.root_weight},
+              {"contact_weight", c.contact_weight},
               {"contact_noise", c.contact_noise},
-              {"learning_rate", Json{{"refiner", c.refiner_rate}, {"discriminator", c.discriminator_rate}}},
+              {"learning_rate", Json{{"refiner", c.refiner_rate}, {"discriminator", c.discriminator_rate}, {"full", c.full_rate}}},
               {"rmsprop_decay", c.rmsprop_decay},
+              {"gradient_limit", c.gradient_limit},
               {"shards", c.shards},
               {"seed", c.seed}};
 }
@@ -117,7 +122,9 @@ Tensor RefinerTraining::windows(const train::StateDataset& data, std::int64_t co
   return train::draw_states(data, count, config_.window, config_.seed, stream, train::ShortClips::left_out).rows;
 }
 
-Tensor RefinerTraining::effectors(const Tensor& rows) const { return (end_effectors_(rows) - effector_mean_) / effector_deviation_; }
+Tensor RefinerTraining::standardised(const Tensor& effectors) const { return (effectors - effector_mean_) / effector_deviation_; }
+
+Tensor RefinerTraining::effectors(const Tensor& rows) const { return standardised(end_effectors_(rows)); }
 
 Tensor RefinerTraining::refined(const Tensor& rows, std::shared_ptr<const nn::PackedLstmCell> packed) const {
   return refiner_->forward(rows, effectors(rows), torch::zeros({rows.size(1), 2 * network_.hidden}), std::move(packed)).rows;
@@ -155,6 +162,12 @@ train::NamedTensors RefinerTraining::parameters() {
 }
 
 std::unique_ptr<train::Optimizer> RefinerTraining::optimizer() { return std::make_unique<train::RmsProp>(parameters(), train::RmsProp::Options{config_.rmsprop_decay, 1e-8}); }
+
+double RefinerTraining::learning_rate(std::int64_t step) const {
+  const double rate = discriminating_ ? config_.discriminator_rate : config_.refiner_rate, falls = config_.full_rate * static_cast<double>(config_.steps);
+  if (static_cast<double>(step) < falls) return rate;
+  return rate * static_cast<double>(config_.steps - step) / (static_cast<double>(config_.steps) - falls);
+}
 
 std::pair<std::size_t, std::size_t> RefinerTraining::trained() {
   const std::size_t first = refiner_->parameters().size(), second = discriminator_->parameters().size();
@@ -194,29 +207,39 @@ Tensor RefinerTraining::shard_loss(int shard, train::LossTerms& terms) {
   const std::int64_t count = last - first;
   const double all = static_cast<double>(config_.batch * config_.window);
   Random random(config_.seed, stream_of(kNoise, static_cast<std::uint64_t>(step_), static_cast<std::uint64_t>(shard)));
-  const auto judged = [&](const Tensor& rows) {
+  const auto judged = [&](const Tensor& rows, const Tensor& effectors) {
     Tensor contacts = rows.narrow(2, network_.features, train::kContactBits);
     if (config_.contact_noise > 0) contacts = contacts + config_.contact_noise * nn::normal_tensor(contacts.sizes(), random);
-    return discriminator_->forward(contacts, effectors(rows), packed_discriminator_.get());
+    return discriminator_->forward(contacts, standardised(effectors), packed_discriminator_.get());
   };
   std::array<double, kTerms.size()> figures{};
   for (std::size_t i = 0; i < figures.size(); ++i) figures[i] = balance_[kFigures + static_cast<std::int64_t>(i)].item<float>() / static_cast<double>(config_.shards);
-  figures[5] = balance_[kRatio].item<float>() / static_cast<double>(config_.shards);
+  figures[6] = balance_[kRatio].item<float>() / static_cast<double>(config_.shards);
   Tensor loss;
   const Tensor fake = fake_.narrow(1, first, count);
   if (discriminating_) {
-    const Tensor of_fake = judged(fake), of_real = judged(truth_.narrow(1, first, count));
+    const Tensor real = truth_.narrow(1, first, count);
+    const Tensor of_fake = judged(fake, end_effectors_(fake)), of_real = judged(real, end_effectors_(real));
     loss = (soft_plus(of_fake).sum() + soft_plus(-of_real).sum()) / (2 * all);
-    figures[2] = loss.item<double>();
-    figures[3] = (of_fake < 0).sum().item<double>() / all;
-    figures[4] = (of_real > 0).sum().item<double>() / all;
+    figures[3] = loss.item<double>();
+    figures[4] = (of_fake < 0).sum().item<double>() / all;
+    figures[5] = (of_real > 0).sum().item<double>() / all;
   } else {
     const Tensor out = refiner_->forward(fake, effectors(fake), torch::zeros({count, 2 * network_.hidden}), packed_refiner_).rows;
-    const Tensor adversarial = soft_plus(-judged(out)).sum() / all;
+    const Tensor points = end_effectors_(out);
+    const Tensor adversarial = soft_plus(-judged(out, points)).sum() / all;
     const Tensor root = (root_path(out, real_.reference()) - root_path(fake, real_.reference())).square().sum() / all;
     loss = adversarial + config_.root_weight * root;
     figures[0] = adversarial.item<double>();
     figures[1] = root.item<double>();
+    if (network_.contacts) {
+      // The feet come first among the end effectors, left before right as the bits.
+      const Tensor velocities = points.narrow(2, 3 * end_effectors_.count(), 3 * train::kContactBits).unflatten(2, {train::kContactBits, 3});
+      const Tensor down = (out.detach().narrow(2, network_.features, train::kContactBits) >= 0.5).to(torch::kFloat);
+      const Tensor contact = (down * velocities.square().sum(3)).sum() / (train::kContactBits * all);
+      loss = loss + config_.contact_weight * contact;
+      figures[2] = contact.item<double>();
+    }
   }
   terms.clear();
   for (std::size_t i = 0; i < figures.size(); ++i) terms.emplace_back(kTerms[i], figures[i]);
@@ -231,7 +254,7 @@ void RefinerTraining::updated(const train::LossTerms& terms) {
     return;
   }
   balance_[kSince] = 0;
-  const double loss = kRemembered * balance_[kLoss].item<float>() + (1 - kRemembered) * terms[2].second, ratio = balance_[kRatio].item<float>();
+  const double loss = kRemembered * balance_[kLoss].item<float>() + (1 - kRemembered) * terms[3].second, ratio = balance_[kRatio].item<float>();
   balance_[kLoss] = loss;
   if (loss >= config_.low_loss && loss <= config_.high_loss) return;
   balance_[kRatio] = loss < config_.low_loss ? std::min(config_.most_ratio, 2 * ratio) : std::max(1.0, std::floor(ratio / 2));

@@ -11,6 +11,10 @@
 //
 // The preset `small` begins at one to one and with rates of 0.0003 and 0.001: with the paper's, a short training chases the mean pose to and fro and never gets to smoothness (docs/results.md).
 //
+// With contacts a term of ours can be added, 0 as in the paper: mean over frames and feet of c |v|^2, v the toe base's velocity in m/s and c 1 where the refined motion's own bit says that it is down.
+// It takes slipping feet for what they are, which the discriminator learns late. Gradients go through v, not through c: lifting the bit is no way out. Rates can fall linearly to 0 from a share of
+// the updates on, and the norm of the gradient can be kept under a limit: RMSProp, which remembers ten updates, answers a sudden large gradient with a step that throws the refiner back by hundreds.
+//
 // The contact bits that the discriminator sees carry noise of deviation 0.1, those of real motion too: a refined bit is a number near 0 or 1, and exactness alone would give it away.
 #pragma once
 #include <memory>
@@ -25,8 +29,10 @@ struct TrainingConfig {
   std::int64_t steps = 3000, batch = 32, window = 50;  // steps: updates of either network
   std::int64_t buffer = 320, beginning = 75;           // updates of each in the beginning
   double ratio = 5, most_ratio = 80;
-  double root_weight = 20, contact_noise = 0.1;
+  double root_weight = 20, contact_weight = 0, contact_noise = 0.1;
   double refiner_rate = 2e-3, discriminator_rate = 5e-3, rmsprop_decay = 0.9;
+  double full_rate = 1;       // share of the updates with the whole rates
+  double gradient_limit = 0;  // of the joint norm; 0: none
   double low_loss = 0.01, high_loss = 1;
   int shards = 2;
   std::uint64_t seed = 1;
@@ -48,7 +54,8 @@ class RefinerTraining final : public train::Trainable {
   train::NamedTensors parameters() override;
   std::int64_t steps() const override { return config_.steps; }
   std::int64_t steps_per_epoch() const override { return 100; }
-  double learning_rate(std::int64_t) const override { return discriminating_ ? config_.discriminator_rate : config_.refiner_rate; }
+  double learning_rate(std::int64_t step) const override;
+  double gradient_limit() const override { return config_.gradient_limit > 0 ? config_.gradient_limit : Trainable::gradient_limit(); }
   std::unique_ptr<train::Optimizer> optimizer() override;
   int shards() const override { return config_.shards; }
   std::pair<std::size_t, std::size_t> trained() override;
@@ -60,6 +67,7 @@ class RefinerTraining final : public train::Trainable {
  private:
   torch::Tensor windows(const train::StateDataset& data, std::int64_t count, std::uint64_t stream) const;  // (T, count, D + 2)
   torch::Tensor effectors(const torch::Tensor& rows) const;  // standardised
+  torch::Tensor standardised(const torch::Tensor& effectors) const;
   torch::Tensor refined(const torch::Tensor& rows, std::shared_ptr<const nn::PackedLstmCell> packed) const;
 
   RefinerConfig network_;

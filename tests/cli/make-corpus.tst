@@ -10,6 +10,7 @@
 2  ~expected             make-corpus --transitions 1.5 -o x
 2  ~expected             make-corpus --action running -o x
 2  .                     make-corpus --noise-level 2 -o x
+2  ~expected             make-corpus --turning 11 -o x
 2  ~expected             make-corpus --noise --noise-level 0 -o x
 2  ~folder               make-corpus -o -
 2  .                     make-corpus input.bvh -o x
@@ -30,6 +31,9 @@
 0  ~^2$                  ls one/*.bvh | wc -l
 1  .                     make-corpus --seed 2 --subjects 1 --seconds 2 --transitions 0 -o other -q && cmp -s base/walking_f001_1.bvh other/walking_f001_1.bvh
 0  .                     LC_ALL=de_DE.UTF-8 make-corpus --subjects 1 --seconds 2 --transitions 0 -o german -q && diff -r base german
+# turns: other headings, the same people; 1 is the default
+0  .                     make-corpus --action walking --subjects 1 --seconds 2 --transitions 0 --turning 1 -o bends -q && cmp bends/walking_f001_1.bvh base/walking_f001_1.bvh
+1  .                     make-corpus --action walking --subjects 1 --seconds 2 --transitions 0 --turning 5 -o bends -f -q && cmp -s bends/walking_f001_1.bvh base/walking_f001_1.bvh
 # transitions: segment rows
 0  ~^file.action.gender.subject.start.end$  head -n 1 more/labels.tsv
 0  ~^12$                 grep -c ^transition more/labels.tsv
