@@ -24,7 +24,12 @@ namespace {
 
 using namespace mocap;
 
-std::string stem_of(const std::string& path) { return path == "-" ? "stdin" : std::filesystem::path(path).stem().string(); }
+std::string stem_of(const std::string& path) {
+  if (path == "-") return "stdin";
+  std::filesystem::path p(path);
+  if (p.extension() == ".gz") p = p.stem();
+  return p.stem().string();
+}
 
 class FollowPath final : public cli::Tool {
  public:
@@ -33,7 +38,7 @@ class FollowPath final : public cli::Tool {
   std::string description() const override {
     return "Window by window the most probable motion under the generator is looked for that keeps to the curve and lets feet stand that are down: a particle swarm finds a start, L-BFGS ends it. The clip begins at the "
            "curve's beginning, facing along it, and ends where its end is reached; the curve is stored with it and `render --trajectory` draws both. A curve is a text file of `x,y` lines in metres, or an SVG with one "
-           "path, whose y points down on paper and forward here. What no motion that the model knows can follow is followed as far as is natural, and said. How fast to go is left to the generator unless --speed says it. "
+           "path, whose y points down on paper and forward here. What no motion that the model knows can follow is followed as far as is natural, and said. It goes on at the speed of the frame that it starts with unless --speed says another. "
            "--report has a row for each window: the objective after swarm and L-BFGS, and every term in nats.";
   }
   std::vector<cli::Example> examples() const override {
@@ -62,7 +67,7 @@ class FollowPath final : public cli::Tool {
     app.add_option("--point", point_, "joint that follows the curve with its place above the ground (default: the root)");
     app.add_option("--curve-sigma", settings_.curve_sigma, "deviation of the point from the curve; smaller follows more closely and less naturally")->check(cli::positive("METRES"))->capture_default_str();
     app.add_option("--facing-sigma", settings_.facing_sigma, "deviation of the heading from the curve's direction; 0: it is free")->check(cli::non_negative("RADIANS"))->capture_default_str();
-    app.add_option("--speed", settings_.speed, "mean speed of the root over a window (default: the generator's own)")->check(cli::positive("MPS"));
+    app.add_option("--speed", settings_.speed, "mean speed of the root over a window (default: that of the frame it starts with)")->check(cli::positive("MPS"));
     app.add_option("--speed-sigma", settings_.speed_sigma, "deviation from it")->check(cli::positive("MPS"))->capture_default_str();
     app.add_option("--step-length", settings_.step_length, "way between the feet where one comes down (default: the generator's own)")->check(cli::positive("METRES"));
     app.add_option("--step-sigma", settings_.step_sigma, "deviation from it")->check(cli::positive("METRES"))->capture_default_str();
@@ -75,6 +80,7 @@ class FollowPath final : public cli::Tool {
     nn::use_one_blas_thread();
     if (report_ == "-") refuse_usage("--report -: standard output is for the archive, expected a file");
     if (context.common().json && context.common().output == "-") refuse_usage("--json and -o -: both write standard output, expected a file for one of them");
+    if ((control_.generator() == "-") + (control_.refiner() == "-") + std::count(curves_.begin(), curves_.end(), "-") > 1) refuse_usage("standard input given twice, expected '-' once");
     if (!report_.empty()) check_output(report_, context.overwrite());
     control_.plan().seed = context.seed();
     control_.plan().validate();

@@ -40,7 +40,7 @@ class TrainRefiner final : public tools::TrainingTool {
 
   void options(CLI::App& app) override {
     app.add_option("--generator", generator_, "model whose motion is to be refined")->required()->check(cli::path());
-    app.add_option("--preset", preset_, "paper (layers of 512, 3,000 updates, rates 0.002 and 0.005, 5 to 1) or small (128, 10,000 updates, rates 0.0003 and 0.001, 1 to 1)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
+    app.add_option("--preset", preset_, "paper (layers of 512, 3,000 updates, rates 0.002 and 0.005, 5 to 1) or small (128, 6,000 updates, rates 0.0003 and 0.001, 1 to 1, contact weight 10, full rate for a half, gradient limit 5)")->check(cli::one_of({"paper", "small"}))->capture_default_str();
     app.add_flag("--no-contacts", no_contacts_, "neither network sees the contact bits");
     app.add_option("--samples", samples_, "motions sampled from the generator")->check(cli::whole(1, 1000000, "MOTIONS"))->capture_default_str();
     app.add_option("--sample-frames", sample_frames_, "frames of each")->check(cli::whole(2, 1000000, "FRAMES"))->capture_default_str();
@@ -50,11 +50,11 @@ class TrainRefiner final : public tools::TrainingTool {
     app.add_option("--window", c_.window, "frames of a window")->check(cli::whole(2, 100000, "FRAMES"))->capture_default_str();
     app.add_option("--buffer", c_.buffer, "refined motions remembered for the discriminator")->check(cli::whole(1, 1000000, "MOTIONS"))->capture_default_str();
     app.add_option("--root-weight", c_.root_weight, "of the squared distance between the root's ways before and after, m^2")->check(cli::non_negative("WEIGHT"))->capture_default_str();
-    app.add_option("--contact-weight", c_.contact_weight, "of the squared speed of feet whose contact bit says that they are down, m^2/s^2; 0 as in the paper")->check(cli::non_negative("WEIGHT"))->capture_default_str();
-    app.add_option("--full-rate", c_.full_rate, "share of the updates after which both rates fall linearly to 0")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
+    app.add_option("--contact-weight", contact_weight_, "of the squared speed of feet whose contact bit says that they are down, m^2/s^2 (preset; paper 0)")->check(cli::non_negative("WEIGHT"));
+    app.add_option("--full-rate", full_rate_, "share of the updates after which both rates fall linearly to 0 (preset; paper 1)")->check(cli::between(0, 1, "SHARE"));
     app.add_option("--learning-rate", refiner_rate_, "of RMSProp, of the refiner (preset)")->check(cli::positive("RATE"));
     app.add_option("--discriminator-rate", discriminator_rate_, "of the discriminator (preset)")->check(cli::positive("RATE"));
-    app.add_option("--gradient-limit", c_.gradient_limit, "largest norm of a gradient; 0: none, as in the paper")->check(cli::non_negative("NORM"))->capture_default_str();
+    app.add_option("--gradient-limit", gradient_limit_, "largest norm of a gradient; 0: none (preset; paper 0)")->check(cli::non_negative("NORM"));
     app.add_option("--ratio", ratio_, "updates of the refiner for one of the discriminator (preset); doubled where it is too strong, halved where it is too weak")->check(cli::between(1, 80, "UPDATES"));
     add_loop_options(app);
   }
@@ -67,6 +67,9 @@ class TrainRefiner final : public tools::TrainingTool {
     c_.refiner_rate = refiner_rate_.value_or(preset.refiner_rate);
     c_.discriminator_rate = discriminator_rate_.value_or(preset.discriminator_rate);
     c_.ratio = ratio_.value_or(preset.ratio);
+    c_.contact_weight = contact_weight_.value_or(preset.contact_weight);
+    c_.full_rate = full_rate_.value_or(preset.full_rate);
+    c_.gradient_limit = gradient_limit_.value_or(preset.gradient_limit);
     c_.seed = context.seed();
     c_.shards = shards();
     c_.validate();
@@ -107,7 +110,7 @@ class TrainRefiner final : public tools::TrainingTool {
   bool no_contacts_ = false;
   std::int64_t samples_ = 512, sample_frames_ = 150;
   std::optional<std::int64_t> steps_;
-  std::optional<double> refiner_rate_, discriminator_rate_, ratio_;
+  std::optional<double> refiner_rate_, discriminator_rate_, ratio_, contact_weight_, full_rate_, gradient_limit_;
   generators::SampleSettings settings_;
   refiner::TrainingConfig c_;
 };

@@ -7,6 +7,7 @@
 #   DATA LABELS      motion files and their labels (canonicalize --labels), or an archive as DATA
 #   OUT=refinement   folder for everything; the table is OUT/table.md and .tsv
 #   ATTRIBUTE VALUES what the models see: clips with one of these values of an attribute (action; walking running)
+#   SELECT           more of motion-select's options for what the models and the test see, such as --attr "description!=walk on uneven terrain" (none)
 #   CANONICALIZE     its options (--mirror --phases all); where DATA is an archive, none
 #   SPLIT            motion-split's options (--ratios 70,10,20, by source)
 #   REAL             which test clips to compare with: motion-select's options (--mirrored no --phase 0)
@@ -14,8 +15,8 @@
 #   PRESET STEPS     of the LSTM (small; 3000)
 #   GENERAL_STEPS    steps on all training clips before those on VALUES (0)
 #   LSTM             more options of train-lstm
-#   REFINER_STEPS    updates of either network (10000)
-#   REFINER          more options of train-refiner
+#   REFINER_STEPS    updates of either network (6000)
+#   REFINER          more options of train-refiner; --window 30 where clips are short: those shorter than a window are never seen
 #   SAMPLES FRAMES   motions judged, frames of each (400, 150)
 #   NOISE            factor on the generator's noise, of what the refiners see and of what is judged (1)
 #   PIN              options of refine --pin-feet
@@ -38,7 +39,7 @@ REAL ?= --mirrored no --phase 0
 PRESET ?= small
 STEPS ?= 3000
 GENERAL_STEPS ?= 0
-REFINER_STEPS ?= 10000
+REFINER_STEPS ?= 6000
 SAMPLES ?= 400
 FRAMES ?= 150
 NOISE ?= 1
@@ -51,7 +52,7 @@ here := $(dir $(lastword $(MAKEFILE_LIST)))
 generator := $(or $(GENERATOR),$(OUT)/lstm.h5)
 judge := $(or $(JUDGE),$(OUT)/judge.h5)
 labeller := $(or $(LABELLER),$(OUT)/labeller.h5)
-chosen := $(foreach v,$(VALUES),--attr $(ATTRIBUTE)=$(v))
+chosen := $(foreach v,$(VALUES),--attr $(ATTRIBUTE)=$(v)) $(SELECT)
 rows := mocap generated plain contacts
 all_rows := $(foreach r,$(rows),$(r) $(r)-pinned)
 
@@ -63,7 +64,7 @@ ifeq ($(strip $(DATA)),)
 $(error usage: make refinement DATA=folder LABELS=labels.tsv OUT=refinement (scripts/refinement.mk lists the rest))
 endif
 
-settings := DATA=$(DATA) LABELS=$(LABELS) ATTRIBUTE=$(ATTRIBUTE) VALUES=$(VALUES) CANONICALIZE=$(CANONICALIZE) SPLIT=$(SPLIT) REAL=$(REAL) GENERATOR=$(GENERATOR) PRESET=$(PRESET) STEPS=$(STEPS) \
+settings := DATA=$(DATA) LABELS=$(LABELS) ATTRIBUTE=$(ATTRIBUTE) VALUES=$(VALUES) SELECT=$(SELECT) CANONICALIZE=$(CANONICALIZE) SPLIT=$(SPLIT) REAL=$(REAL) GENERATOR=$(GENERATOR) PRESET=$(PRESET) STEPS=$(STEPS) \
   GENERAL_STEPS=$(GENERAL_STEPS) LSTM=$(LSTM) REFINER_STEPS=$(REFINER_STEPS) REFINER=$(REFINER) SAMPLES=$(SAMPLES) FRAMES=$(FRAMES) NOISE=$(NOISE) PIN=$(PIN) JUDGE=$(JUDGE) LABELLER=$(LABELLER) JUDGING=$(JUDGING) SEED=$(SEED)
 include $(here)stamp.mk
 $(eval $(call stamp,$(OUT)/settings,$(settings),table,$(OUT)/*.h5))

@@ -74,12 +74,26 @@ MotionModel::MotionModel(const lstm_gmm::Model& generator, const refiner::Model*
   effector_deviation_ = of(refiner->effector_deviation);
 }
 
-Carried MotionModel::start(const Tensor& pair) const {
+Carried MotionModel::start(const Tensor& pair) const { return starts(pair.unsqueeze(0))[0]; }
+
+std::vector<Carried> MotionModel::starts(const Tensor& pairs) const {
   const torch::NoGradGuard no_grad;
+  const Tensor two = pairs.to(torch::kFloat);
+  const Tensor states = of(lstm_gmm::initial_state(*generator_.network, two.select(1, 0).contiguous(), two.select(1, 1).contiguous()));
+  std::vector<Carried> all;
+  for (std::int64_t i = 0; i < two.size(0); ++i) {
+    Carried c = behind(of(two[i][0]), states[i]);
+    const Tensor step = of(two[i][1]).narrow(0, 0, 2) * deviation_.narrow(0, 0, 2) + mean_.narrow(0, 0, 2);
+    c.speed = step.norm().item<double>() * generator_.reference.frame_rate_hz;
+    all.push_back(std::move(c));
+  }
+  return all;
+}
+
+Carried MotionModel::behind(const Tensor& frame, const Tensor& state) const {
   Carried c;
-  const Tensor two = pair.to(torch::kFloat);
-  c.frame = of(two[0]);
-  c.state = of(lstm_gmm::initial_state(*generator_.network, two.narrow(0, 0, 1).contiguous(), two.narrow(0, 1, 1).contiguous())[0]);
+  c.frame = frame;
+  c.state = state;
   c.shown = c.frame;
   if (refiner_) {
     const Tensor rows = c.frame.view({1, 1, -1}), effectors = (*refiner_effectors_)(rows);
@@ -147,6 +161,7 @@ Carried MotionModel::advance(const Carried& before, const Motion& m, std::int64_
   c.x = seen.root[last][0][0].item<double>();
   c.y = seen.root[last][0][1].item<double>();
   c.heading = seen.heading[last][0].item<double>();
+  c.speed = seen.steps[last][0].item<double>() * seen.frame_rate_hz;
   c.shown = seen.rows[last][0].clone();
   const std::int64_t n = 3 * followed_.count();
   c.feet = followed_(seen.rows.narrow(0, last, 1)).view({-1}).narrow(0, 0, n).clone();
@@ -156,6 +171,14 @@ Carried MotionModel::advance(const Carried& before, const Motion& m, std::int64_
     c.refiner_state = refining_->forward(rows, (effectors - effector_mean_) / effector_deviation_, before.refiner_state.unsqueeze(0), packed_refiner_).state[0].clone();
   }
   return c;
+}
+
+MotionModel::Expected MotionModel::next(const Carried& before) const {
+  const torch::NoGradGuard no_grad;
+  const Tensor zero = torch::zeros({1, 1, columns()}, before.frame.options());
+  const lstm_gmm::Mixture mixture = run(before, {zero, zero, torch::zeros({1, 1, kFeet}, zero.options())}).mixture;
+  const auto best = mixture.log_weights[0].argmax().item<std::int64_t>();
+  return {mixture.means[0][best], mixture.log_sigmas[0][best].exp(), (mixture.contact_logits[0] > 0).to(zero.scalar_type())};
 }
 
 Tensor MotionModel::scale(const Carried& before, const Motion& m) const {

@@ -21,6 +21,7 @@ struct Carried {
   torch::Tensor state;               // (state) of the network before that frame
   double x = 0, y = 0, heading = 0;  // of the root in that frame as it is shown, m and rad, world
   torch::Tensor shown;               // (D + 2) the last frame as it is shown: refined, or as it is
+  double speed = 0;                  // of the root over the ground to this frame, at a start to the next, m/s
   torch::Tensor feet;                // (3 E) the followed joints' positions in its ground frame, as shown
   torch::Tensor refiner_state;       // (2 H) after it; with a refiner
   torch::Tensor refiner_before;      // (3 E') end effectors of the generator's frame, which the refiner reads velocities from
@@ -62,6 +63,7 @@ class MotionModel {
 
   const train::StateReference& reference() const { return generator_.reference; }
   const lstm_gmm::Model& generator() const { return generator_; }
+  torch::Dtype number() const { return number_; }
   bool refines() const { return refiner_ != nullptr; }
   int columns() const { return static_cast<int>(generator_.reference.mean.size()); }
 
@@ -70,11 +72,20 @@ class MotionModel {
 
   // Carried behind the first of two frames (2, input), whose hidden state is found by eq. 26, placed above the origin with heading 0.
   Carried start(const torch::Tensor& pair) const;
+  // Of several pairs (K, 2, input) at once: the same, in a fraction of the time.
+  std::vector<Carried> starts(const torch::Tensor& pairs) const;
+  // Carried behind a frame (input) before which the network was in `state`, placed likewise; its speed is left at 0. Differentiable with respect to both, for who looks for the start as well.
+  Carried behind(const torch::Tensor& frame, const torch::Tensor& state) const;
   Seen operator()(const Carried& before, const Motion& motion) const;
   // Carried behind frame `frames` of a motion of one candidate.
   Carried advance(const Carried& before, const Motion& motion, std::int64_t frames) const;
   // Contacts by what the network says of them where it sees this motion, (T, B, 2).
   torch::Tensor contacts_of(const Seen& seen) const { return (seen.contact_logits > 0).to(seen.contact_logits.scalar_type()); }
+  // The most probable component of what comes next: mean and deviation of the states (D), contacts (2).
+  struct Expected {
+    torch::Tensor mean, deviation, contacts;
+  };
+  Expected next(const Carried& before) const;
   // Deviation of every value of a motion's states under the component that explains it best, (T, B, D): what a natural step is.
   torch::Tensor scale(const Carried& before, const Motion& motion) const;
 

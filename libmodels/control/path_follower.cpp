@@ -14,29 +14,33 @@ constexpr double kBehind = 0.3, kFastest = 4, kStallSeconds = 3, kStallMetres = 
 }  // namespace
 
 Followed follow_path(const MotionModel& model, const lstm_gmm::Sampler& sampler, const GroundCurve& curve, const Terms& terms, const FollowSettings& settings, const PlanOptions& options, std::uint64_t number) {
-  const double rate = model.reference().frame_rate_hz, length = curve.length();
+  const double rate = model.reference().frame_rate_hz;
   const double reach = kFastest * static_cast<double>(options.window) / rate + kBehind;
-  auto points = curve.resampled(kSpacing).points();
+  const GroundCurve even = curve.resampled(kSpacing);
+  const double length = even.length();  // of a shaken curve less than its own: what is followed is this one
+  auto points = even.points();
   Followed f;
   f.clip.path = points;
-  const Vector2 end = curve.tangent_at(length);
+  const Vector2 end = even.tangent_at(length);
   points.push_back(points.back() + (reach + 1) * end);
   const auto longer = std::make_shared<GroundCurve>(points);
 
   PlanOptions own = options;
   own.seed = options.seed + (number << 32);
   double at = 0;
+  std::optional<double> speed = settings.speed;
   const auto terms_at = [&](const torch::Tensor& contacts_before) {
     Terms all = terms;
     all.push_back(curve_term(longer, at - kBehind, at + reach, settings.curve_sigma));
     if (settings.facing_sigma > 0) all.push_back(facing_term(longer, at - kBehind, at + reach, settings.facing_sigma));
-    if (settings.speed) all.push_back(speed_term(*settings.speed, settings.speed_sigma));
+    if (speed) all.push_back(speed_term(*speed, settings.speed_sigma));
     if (settings.step_length) all.push_back(step_length_term(contacts_before, *settings.step_length, settings.step_sigma));
     return all;
   };
   const Vector2 first = curve.point_at(0);
   const std::int64_t d = model.columns();
   Carried start = best_start(model, sampler, model.generator().starts, first.x(), first.y(), curve.initial_heading(), terms_at(torch::zeros({2})), own);
+  if (!speed) speed = start.speed;
   Shown shown(model.reference(), start);
   Planner planner(model, sampler, std::move(start), own);
 
@@ -49,7 +53,7 @@ Followed follow_path(const MotionModel& model, const lstm_gmm::Sampler& sampler,
   while (static_cast<std::int64_t>(distances.size()) < limit) {
     FollowedWindow w;
     w.first = static_cast<std::int64_t>(distances.size());
-    const Planned planned = planner.next(terms_at(planner.now().frame.narrow(0, d, train::kContactBits)));
+    const Planned planned = planner.next(terms_at(planner.now().shown.narrow(0, d, train::kContactBits) >= 0.5));
     std::int64_t kept = 0;
     for (std::int64_t i = 0; i < planned.point.size(0) && !f.reached_end && static_cast<std::int64_t>(distances.size()) < limit; ++i, ++kept) {
       const auto near = longer->nearest({planned.point[i][0].item<double>(), planned.point[i][1].item<double>()}, at - kBehind, at + reach);
@@ -77,7 +81,7 @@ Followed follow_path(const MotionModel& model, const lstm_gmm::Sampler& sampler,
   const auto path = std::move(f.clip.path);
   f.clip = shown.piece();
   f.clip.path = path;
-  f.followed_m = std::min(length, at);
+  f.followed_m = curve.length() * std::min(1.0, at / length);
   for (const double distance : distances) {
     f.mean_distance += distance / static_cast<double>(distances.size());
     f.largest_distance = std::max(f.largest_distance, distance);

@@ -15,8 +15,8 @@ inline constexpr double kFarFromCurve = 0.25;  // m in the mean: said to the use
 
 struct FollowSettings {
   double curve_sigma = 0.05, facing_sigma = 0.5;  // m; rad, 0: facing is free
-  std::optional<double> speed, step_length;
-  double speed_sigma = 0.1, step_sigma = 0.05, most_seconds = 0;
+  std::optional<double> speed, step_length;  // no speed: that of the start
+  double speed_sigma = 0.2, step_sigma = 0.05, most_seconds = 0;
 };
 
 struct FollowedWindow {

@@ -48,8 +48,9 @@ Carried best_start(const MotionModel& model, const lstm_gmm::Sampler& sampler, c
   const std::int64_t count = starts.size(0), tried = std::min(count, most);
   Carried best;
   double lowest = std::numeric_limits<double>::infinity();
+  std::vector<Carried> all = model.starts(starts.index_select(0, torch::div(torch::arange(tried) * count, tried, "floor")));
   for (std::int64_t i = 0; i < tried; ++i) {
-    Carried start = model.start(starts[i * count / tried]);
+    Carried& start = all[static_cast<std::size_t>(i)];
     start.x = x;
     start.y = y;
     start.heading = heading;
@@ -58,7 +59,7 @@ Carried best_start(const MotionModel& model, const lstm_gmm::Sampler& sampler, c
     const Motion motion = swarm(model, sampler, start, options.window, {}, terms, few, options.seed, stream_of(kStart, static_cast<std::uint64_t>(i)));
     const double e = objective(model, start, motion, terms).item<double>();
     if (best.frame.defined() && !(e < lowest)) continue;
-    lowest = e;
+    if (e < lowest) lowest = e;  // the first may be no number: any other is better then
     best = std::move(start);
   }
   return best;

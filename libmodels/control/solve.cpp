@@ -94,7 +94,7 @@ Motion swarm(const MotionModel& model, const lstm_gmm::Sampler& sampler, const C
       }
   }
   if (best_motion.states.defined()) return best_motion;
-  // Nothing finite: the network's own mean, so that the caller sees the objective for what it is.
+  // Nothing finite: the frame before, held, so that the caller sees the objective for what it is.
   const Tensor still = before.frame.expand({frames, 1, width});
   return {still.narrow(2, 0, d).clone(), torch::zeros({frames, 1, d}, still.options()), still.narrow(2, d, train::kContactBits).clone()};
 }

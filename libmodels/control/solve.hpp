@@ -17,13 +17,13 @@
 namespace mocap::control {
 
 struct SwarmOptions {
-  int particles = 24, rounds = 4;  // 0 rounds: the best of the particles as they are drawn
-  double spread = 1;               // deviation of the first draws
+  int particles = 128, rounds = 1;  // 0 rounds: the best of the particles as they are drawn
+  double spread = 0.75;            // deviation of the first draws
   int threads = 1;
 };
 
 struct LbfgsOptions {
-  int iterations = 20, rereads = 2;  // iterations of each run
+  int iterations = 30, rereads = 2;  // iterations of each run
   double noise_sigma = 0.05;         // scale of d
 };
 

@@ -21,7 +21,7 @@ struct Command {
 std::optional<Command> parse_command(std::string_view line, const std::optional<Command>& last);
 
 struct SteeringSettings {
-  double speed_sigma = 0.05, direction_sigma = 0.02;  // m/s, rad
+  double speed_sigma = 0.02, direction_sigma = 0.02;  // m/s, rad
   double turn_limit = 2.4;                           // rad/s
 };
 

@@ -35,8 +35,11 @@ Tensor soft_plus(const Tensor& x) { return torch::nn::functional::softplus(x); }
 TrainingConfig TrainingConfig::preset(const std::string& name) {
   TrainingConfig c;
   if (name == "small") {
-    c.steps = 10000;
+    c.steps = 6000;
     c.ratio = 1;
+    c.contact_weight = 10;
+    c.full_rate = 0.5;
+    c.gradient_limit = 5;
     c.refiner_rate = 3e-4;
     c.discriminator_rate = 1e-3;
   } else if (name != "paper") {

@@ -9,7 +9,8 @@
 // two unlucky ones in eight hundred updates left n at 1, and the discriminator won for good. Half of the refined motions that the discriminator sees are made by the refiner as it is, half come from a buffer of 320 made by earlier ones,
 // of which as many are then replaced by the new. RMSProp, 0.002 and 0.005, decay 0.9.
 //
-// The preset `small` begins at one to one and with rates of 0.0003 and 0.001: with the paper's, a short training chases the mean pose to and fro and never gets to smoothness (docs/results.md).
+// The preset `small` begins at one to one and with rates of 0.0003 and 0.001: with the paper's, a short training chases the mean pose to and fro and never gets to smoothness (docs/results.md). It has
+// the contact term with weight 10, rates that fall from half of the updates on and a limit of 5.
 //
 // With contacts a term of ours can be added, 0 as in the paper: mean over frames and feet of c |v|^2, v the toe base's velocity in m/s and c 1 where the refined motion's own bit says that it is down.
 // It takes slipping feet for what they are, which the discriminator learns late. Gradients go through v, not through c: lifting the bit is no way out. Rates can fall linearly to 0 from a share of

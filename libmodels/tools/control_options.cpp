@@ -6,17 +6,20 @@
 
 namespace mocap::tools {
 
-void ControlOptions::add_models(CLI::App& app, bool generator_required) {
-  CLI::Option* model = app.add_option("-m,--model", generator_, "generator (train-lstm)")->check(cli::path());
+void ControlOptions::add_models(CLI::App& app, bool generator_required, const std::string& model_help, const std::string& refiner_help) {
+  CLI::Option* model = app.add_option("-m,--model", generator_, model_help)->check(cli::path());
   if (generator_required) model->required();
-  app.add_option("--refiner", refiner_, "refiner (train-refiner) through which the motion is seen while it is looked for")->check(cli::path());
+  app.add_option("--refiner", refiner_, refiner_help)->check(cli::path());
 }
 
-void ControlOptions::add_search(CLI::App& app) {
+void ControlOptions::add_search(CLI::App& app, bool swarm) {
   app.add_option("--window", plan_.window, "frames looked for at a time")->check(cli::whole(2, 10000, "FRAMES"))->capture_default_str();
   app.add_option("--overlap", plan_.overlap, "of them looked for again by the next window")->check(cli::whole(0, 9999, "FRAMES"))->capture_default_str();
-  app.add_option("--particles", plan_.swarm.particles, "motions of the particle swarm that finds a start")->check(cli::whole(1, 100000, "MOTIONS"))->capture_default_str();
+  if (swarm) {
+    app.add_option("--particles", plan_.swarm.particles, "motions of the particle swarm that finds a start")->check(cli::whole(1, 100000, "MOTIONS"))->capture_default_str();
+    app.add_option("--spread", plan_.swarm.spread, "deviation of the noise that they are first drawn with; 1: as the generator samples")->check(cli::positive("FACTOR"))->capture_default_str();
   app.add_option("--rounds", plan_.swarm.rounds, "moves of the swarm; 0: the best of the motions as they are drawn")->check(cli::whole(0, 100000, "MOVES"))->capture_default_str();
+  }
   app.add_option("--iterations", plan_.lbfgs.iterations, "most iterations of each run of L-BFGS")->check(cli::whole(1, 100000, "ITERATIONS"))->capture_default_str();
   app.add_option("--rereads", plan_.lbfgs.rereads, "runs, before each of which contacts are read from the network")->check(cli::whole(1, 1000, "RUNS"))->capture_default_str();
   app.add_option("--noise-sigma", noise_sigma_, "deviation of the noise on the network's input, standardised")->check(cli::positive("DEVIATION"))->capture_default_str();

@@ -13,9 +13,9 @@ namespace mocap::tools {
 class ControlOptions {
  public:
   // -m, --refiner.
-  void add_models(CLI::App& app, bool generator_required = true);
-  // --window --overlap --particles --rounds --iterations --rereads, --noise-sigma --contact-sigma --height-sigma.
-  void add_search(CLI::App& app);
+  void add_models(CLI::App& app, bool generator_required = true, const std::string& model_help = "generator (train-lstm)", const std::string& refiner_help = "refiner (train-refiner) through which the motion is seen while it is looked for");
+  // --window --overlap --particles --rounds --iterations --rereads, --noise-sigma --contact-sigma --height-sigma; without --particles and --rounds where no swarm finds the start.
+  void add_search(CLI::App& app, bool swarm = true);
 
   const std::string& generator() const { return generator_; }
   const std::string& refiner() const { return refiner_; }

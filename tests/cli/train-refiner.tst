@@ -32,7 +32,7 @@
 0 . ./t c.h5 --generator g.h5 --steps 8 -j 1 -o b.h5 && cmp a.h5 b.h5 && cmp a.h5.log.tsv b.h5.log.tsv
 0 true ./t - --generator g.h5 --steps 8 -o piped.h5 < c.h5 && ./q 'same(m[0].weights(), m[1].weights())' a.h5 piped.h5
 1 . ./t c.h5 --generator g.h5 --steps 8 --seed 2 -o seed.h5 && cmp -s a.h5 seed.h5
-0 ~^step.epoch.learning_rate.gradient_norm.loss.adversarial.root.discriminator.accuracy_refined.accuracy_real.ratio.validation_loss$ cat a.h5.log.tsv
+0 ~^step.epoch.learning_rate.gradient_norm.loss.adversarial.root.contact.discriminator.accuracy_refined.accuracy_real.ratio.validation_loss$ cat a.h5.log.tsv
 0 true ./q 'm[0].f.attrs["kind"] in ("refiner", b"refiner") and m[0].f["data/train_sources"].shape == (4,) and m[0].json("config")["generator"]["kind"] == "lstm-gmm" and {k.split("/")[0] for k in m[0].weights()} == {"effectors", "refiner", "discriminator"} and [e["tool"] for e in m[0].history()].count("train-lstm") == 1 and m[0].history()[-1]["tool"] == "train-refiner"' a.h5
 0 ~refiner motion-info a.h5
 0 . motion-info --check full a.h5
@@ -49,7 +49,7 @@
 0 true ./t c.h5 --generator mc.h5 --steps 4 -o mcr.h5 && ./q 'm[0].json("config")["generator"]["kind"] == "motion-cell"' mcr.h5 && sample -q -m mc.h5 -n 4 --frames 30 -o - | refine -q -m mcr.h5 - -o mcs.h5 && motion-info --check full mcs.h5 > /dev/null
 
 # options
-0 true train-refiner -q c.h5 --generator g.h5 --samples 6 --sample-frames 15 --steps 2 --batch 6 --window 10 --buffer 12 --root-weight 5 --learning-rate 0.001 --discriminator-rate 0.003 --ratio 3 --noise-scale 0.5 --shards 3 --no-contacts --device cpu --weights-only --checkpoint-minutes 1 --checkpoint-epochs 1 --val-epochs 1 -o o.h5 && ./q '[(t["batch"], t["window"], t["buffer"], t["root_weight"], t["learning_rate"], t["ratio"]["begin"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(6, 10, 12, 5, {"refiner": 0.001, "discriminator": 0.003}, 3, 3)] and m[0].json("config")["network"]["contacts"] is False and m[0].json("config")["generator"]["samples"] == 6 and m[0].json("config")["generator"]["frames"] == 15 and m[0].json("config")["generator"]["noise_scale"] == 0.5 and "training" not in m[0].f' o.h5
+0 true train-refiner -q c.h5 --generator g.h5 --samples 6 --sample-frames 15 --steps 2 --batch 6 --window 10 --buffer 12 --root-weight 5 --learning-rate 0.001 --discriminator-rate 0.003 --ratio 3 --contact-weight 7 --full-rate 0.25 --gradient-limit 2 --noise-scale 0.5 --shards 3 --no-contacts --device cpu --weights-only --checkpoint-minutes 1 --checkpoint-epochs 1 --val-epochs 1 -o o.h5 && ./q '[(t["batch"], t["window"], t["buffer"], t["root_weight"], t["learning_rate"], t["ratio"]["begin"], t["contact_weight"], t["gradient_limit"], t["shards"]) for t in [m[0].json("config")["training"]]] == [(6, 10, 12, 5, {"refiner": 0.001, "discriminator": 0.003, "full": 0.25}, 3, 7, 2, 3)] and m[0].json("config")["network"]["contacts"] is False and m[0].json("config")["generator"]["samples"] == 6 and m[0].json("config")["generator"]["frames"] == 15 and m[0].json("config")["generator"]["noise_scale"] == 0.5 and "training" not in m[0].f' o.h5
 0 true ./t c.h5 --generator g.h5 --preset paper --steps 1 -o paper.h5 && ./q 'm[0].json("config")["network"]["hidden"] == 512' paper.h5
 0 ~motions.of.g.h5 train-refiner c.h5 --generator g.h5 --batch 4 --window 8 --buffer 8 --samples 8 --sample-frames 20 --steps 1 -o said.h5
 

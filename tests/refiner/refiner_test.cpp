@@ -7,6 +7,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/clip/ground.hpp"
+#include "libmocap/skeleton/forward_kinematics.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/refiner/model.hpp"
 #include "libmodels/refiner/training.hpp"
@@ -269,7 +270,7 @@ struct Steps {
   void updated(double discriminator_loss) {
     train::LossTerms terms, ignored;
     (void)training.shard_loss(0, terms);
-    terms[2].second = discriminator_loss;
+    terms[3].second = discriminator_loss;
     training.updated(terms);
     ++step;
   }
@@ -352,7 +353,7 @@ TEST(Training, TheDiscriminatorLearnsToTellRealFromGenerated) {
     }
     if (begin > 0) optimizer->step(torch::autograd::grad({loss}, trained), 0.003, begin);  // the refiner stays as it is
     training.updated(sums);
-    if (begin > 0) (first == 0 ? first : last) = sums[2].second;
+    if (begin > 0) (first == 0 ? first : last) = sums[3].second;
   }
   EXPECT_NEAR(first, std::log(2.0), 0.1);
   EXPECT_LT(last, 0.2);
@@ -369,6 +370,62 @@ TEST(Training, ShortClipsAreNotShownPadded) {
   const train::StateDataset brief("brief.h5", motions(2, 300, 5), data().real->reference());
   EXPECT_NE(refusal([&] { RefinerTraining(tiny(), short_training(), *data().real, brief, {}); }).find("brief.h5: no clip of 8 frames"), std::string::npos);
   EXPECT_NE(refusal([&] { RefinerTraining(tiny(), short_training(), brief, *data().generated, {}); }).find("no clip of 8 frames"), std::string::npos);
+}
+
+// The first update of the refiner, whose change is small but not nothing: what the term says is checked against the feet of the refined motion, decoded.
+TEST(Training, TheContactTermIsTheSquaredSpeedOfFeetThatAreDown) {
+  TrainingConfig c = short_training();
+  c.shards = 1;
+  c.contact_weight = 4;
+  RefinerTraining training(tiny(), c, *data().real, *data().generated, {});
+  training.prepare(1);  // in the beginning the second is the refiner's
+  ASSERT_EQ(training.trained().first, 0u);
+  train::LossTerms terms;
+  const Tensor loss = training.shard_loss(0, terms);
+  ASSERT_EQ(terms[2].first, "contact");
+  EXPECT_NEAR(loss.item<double>(), terms[0].second + c.root_weight * terms[1].second + 4 * terms[2].second, 1e-5 * std::abs(loss.item<double>()));
+  const auto reference = data().real->reference();
+  const EndEffectors end_effectors(reference);
+  const Tensor given = train::draw_states(*data().generated, c.batch, c.window, c.seed, stream_of(102, 1), train::ShortClips::left_out).rows;
+  const store::ModelFile described = training.describe();
+  const Tensor mean = train::from_stored(described.weights.at("effectors/mean")), deviation = train::from_stored(described.weights.at("effectors/deviation"));
+  const Tensor out = training.refiner().forward(given, (end_effectors(given) - mean) / deviation, torch::zeros({c.batch, 2 * tiny().hidden})).rows.detach().contiguous();
+  const auto place = [](const Clip& clip, std::size_t t, int joint) {
+    const auto joints = static_cast<std::size_t>(clip.skeleton->joint_count());
+    Pose pose;
+    forward_kinematics(*clip.skeleton, std::span(clip.rotations).subspan(t * joints, joints), clip.root_position[t], pose);
+    return pose.positions[static_cast<std::size_t>(joint)];
+  };
+  double sum = 0;
+  std::int64_t down = 0;
+  for (std::int64_t b = 0; b < c.batch; ++b) {
+    const Tensor rows = out.select(1, b).contiguous();
+    auto [features, contacts] = train::raw_states(rows.data_ptr<float>(), c.window, reference);
+    const Clip clip = features::decode_state(features, reference.skeleton, reference.frame_rate_hz);
+    for (std::size_t t = 1; t < clip.frames(); ++t)
+      for (int side = 0; side < 2; ++side) {
+        if (!contacts[t][static_cast<std::size_t>(side)]) continue;
+        const int foot = clip.skeleton->find_role(side == 0 ? "left_foot" : "right_foot");
+        sum += ((place(clip, t, foot) - place(clip, t - 1, foot)) * clip.frame_rate_hz).squaredNorm();
+        ++down;
+      }
+  }
+  ASSERT_GT(down, 20);
+  EXPECT_NEAR(terms[2].second, sum / static_cast<double>(2 * c.batch * c.window), 1e-4 * terms[2].second);
+}
+
+TEST(Training, RatesFallToNothing) {
+  TrainingConfig c = short_training();
+  c.full_rate = 0.5;
+  Steps steps(c);
+  const bool d = steps.discriminates();
+  const double full = d ? c.discriminator_rate : c.refiner_rate;
+  EXPECT_EQ(steps.training.learning_rate(0), full);
+  EXPECT_EQ(steps.training.learning_rate(49), full);
+  EXPECT_NEAR(steps.training.learning_rate(75), full / 2, 1e-12);
+  EXPECT_NEAR(steps.training.learning_rate(99), full / 50, 1e-12);
+  c.full_rate = 1;
+  EXPECT_EQ(Steps(c).training.learning_rate(99), c.refiner_rate);
 }
 
 TEST(Training, MotionThatHasBlownUpIsNamed) {
@@ -388,6 +445,9 @@ TEST(Training, SettingsThatCannotBeAreRefused) {
   EXPECT_NE(message([](auto& c) { c.buffer = 2; }).find("buffer"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.window = 1; }).find("window"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.ratio = 0; }).find("refiner updates"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.contact_weight = -1; }).find("contact weight is -1"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.full_rate = 1.5; }).find("1.5 of the updates"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.gradient_limit = std::nan(""); }).find("gradient limit"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.shards = 5; }).find("shards"), std::string::npos);
 }
 
