@@ -114,7 +114,7 @@ class FollowPath final : public cli::Tool {
         followed[i] = control::follow_path(model, *models.sampler, *curves[i], control_.terms(model), settings_, control_.plan(), i);
       } catch (const Error& e) {
         if (e.status() != Exit::data || !e.where().file.empty()) throw;
-        throw e.in_file(control_.refiner());
+        throw e.in_file(models.refiner ? control_.refiner() : control_.generator());
       }
     });
 
@@ -160,6 +160,7 @@ class FollowPath final : public cli::Tool {
       writer.add(f.clip);
     }
     writer.finish();
+    if (table.empty()) table = "clip\tframe\tafter_swarm\tafter_lbfgs\tprior_per_frame\tmean_distance_m\n";  // --most-seconds ended it before the first
     if (!report_.empty()) write_file(report_, table, context.overwrite());
     log::info("{} curves, {} windows; L-BFGS lowered the objective in {:.1f} % of them", curves.size(), windows, windows ? 100.0 * static_cast<double>(lowered) / static_cast<double>(windows) : 0.0);
     if (context.common().json) context.print(nlohmann::json{{"clips", summary}, {"windows", windows}, {"lowered", lowered}}.dump(1) + "\n");
