@@ -9,7 +9,8 @@ namespace mocap::control {
 
 namespace {
 
-constexpr double kBehind = 0.3, kFastest = 4, kStallSeconds = 3, kStallMetres = 0.25, kSpacing = 0.05;
+constexpr int kAttempts = 4;  // at a window behind one that made less way than kSlow of what the speed asks for
+constexpr double kSlow = 0.4, kBehind = 0.3, kFastest = 4, kStallSeconds = 3, kStallMetres = 0.25, kSpacing = 0.05;
 
 }  // namespace
 
@@ -50,10 +51,12 @@ Followed follow_path(const MotionModel& model, const lstm_gmm::Sampler& sampler,
   std::vector<double> reached = {0};
   double nats = 0;
   std::int64_t windowed = 0;
+  bool slow = false;
   while (static_cast<std::int64_t>(distances.size()) < limit) {
     FollowedWindow w;
     w.first = static_cast<std::int64_t>(distances.size());
-    const Planned planned = planner.next(terms_at(planner.now().shown.narrow(0, d, train::kContactBits) >= 0.5));
+    const Planned planned = planner.next(terms_at(planner.now().shown.narrow(0, d, train::kContactBits) >= 0.5), slow ? kAttempts : 1);
+    const double before = at;
     std::int64_t kept = 0;
     for (std::int64_t i = 0; i < planned.point.size(0) && !f.reached_end && static_cast<std::int64_t>(distances.size()) < limit; ++i, ++kept) {
       const auto near = longer->nearest({planned.point[i][0].item<double>(), planned.point[i][1].item<double>()}, at - kBehind, at + reach);
@@ -63,6 +66,7 @@ Followed follow_path(const MotionModel& model, const lstm_gmm::Sampler& sampler,
       w.mean_distance += near.distance;
       f.reached_end = at >= length;
     }
+    slow = at - before < kSlow * *speed * static_cast<double>(kept) / rate;
     shown.add(planned.rows.narrow(0, 0, kept));
     w.mean_distance /= static_cast<double>(std::max<std::int64_t>(1, kept));
     w.after_swarm = planned.after_swarm;

@@ -1,8 +1,8 @@
 // Motion along a curve on the ground (Wang, Chai, Xia 2018, section 5.2).
 //
 // Windows are solved one after the other (planner.hpp) under the terms given and the curve's, eq. 17, with a soft wish to face along it. Nearest points are sought from just behind the place that was reached up to what four metres a
-// second would reach within a window, so that curves may cross themselves. Beyond its end the curve goes on straight: the last window is not drawn back to the end. The motion ends with the frame that
-// is first at the end; where three seconds bring it less than a quarter of a metre further along, it stalls and ends.
+// second would reach within a window, so that curves may cross themselves. Beyond its end the curve goes on straight: the last window is not drawn back to the end. A window behind one that hardly got on is
+// solved four times over. The motion ends with the frame that is first at the end; where three seconds bring it less than a quarter of a metre further along, it stalls and ends.
 #pragma once
 #include <optional>
 
@@ -16,7 +16,7 @@ inline constexpr double kFarFromCurve = 0.25;  // m in the mean: said to the use
 struct FollowSettings {
   double curve_sigma = 0.05, facing_sigma = 0.5;  // m; rad, 0: facing is free
   std::optional<double> speed, step_length;  // no speed: that of the start
-  double speed_sigma = 0.2, step_sigma = 0.05, most_seconds = 0;
+  double speed_sigma = 0.05, step_sigma = 0.05, most_seconds = 0;
 };
 
 struct FollowedWindow {

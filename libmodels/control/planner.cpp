@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "libmocap/base/error.hpp"
@@ -25,9 +26,15 @@ void PlanOptions::validate() const {
 
 Planner::Planner(const MotionModel& model, const lstm_gmm::Sampler& sampler, Carried start, const PlanOptions& options) : model_(model), sampler_(sampler), now_(std::move(start)), options_(options) { options.validate(); }
 
-Planned Planner::next(const Terms& terms) {
-  const Motion start = swarm(model_, sampler_, now_, options_.window, left_, terms, options_.swarm, options_.seed, stream_of(kWindow, windows_++));
-  const Minimised found = minimise(model_, now_, start, terms, options_.lbfgs);
+Planned Planner::next(const Terms& terms, int attempts) {
+  Minimised found;
+  for (int attempt = 0; attempt < std::max(1, attempts); ++attempt) {
+    SwarmOptions how = options_.swarm;
+    if (attempt > 0) how.spread = std::max(1.0, how.spread);
+    const Motion start = swarm(model_, sampler_, now_, options_.window, left_, terms, how, options_.seed, stream_of(kWindow, windows_++));
+    Minimised one = minimise(model_, now_, start, terms, options_.lbfgs);
+    if (attempt == 0 || one.after < found.after) found = std::move(one);
+  }
   const torch::NoGradGuard no_grad;
   const Seen seen = model_(now_, found.motion);
   const std::int64_t kept = options_.window - options_.overlap;

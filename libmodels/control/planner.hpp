@@ -28,8 +28,8 @@ class Planner {
   Planner(const MotionModel& model, const lstm_gmm::Sampler& sampler, Carried start, const PlanOptions& options);
 
   const Carried& now() const { return now_; }
-  // The next window - overlap frames under these terms.
-  Planned next(const Terms& terms);
+  // The next window - overlap frames under these terms. `attempts`: swarms of their own, the later ones drawn with the generator's whole noise; the lowest objective in the end wins.
+  Planned next(const Terms& terms, int attempts = 1);
 
  private:
   const MotionModel& model_;
