@@ -123,8 +123,8 @@ class Steer final : public cli::Tool {
 
   void options(CLI::App& app) override {
     auto& plan = control_.plan();
-    plan.window = 26;
-    plan.overlap = 13;
+    plan.window = 20;
+    plan.overlap = 10;
     plan.swarm.particles = 48;
     plan.swarm.spread = 0.5;
     plan.swarm.rounds = 0;
@@ -237,9 +237,10 @@ class Steer final : public cli::Tool {
  private:
   std::string head(const Skeleton& s) const {
     std::string line = "time_s";
-    if (columns_ == "rotations") line += ",root_x,root_y,root_z";
+    const bool rotations = columns_ == "rotations";
+    if (rotations) line += ",root_x,root_y,root_z";
     for (const auto& joint : s.joint_names)
-      for (const char* axis : columns_ == "rotations" ? std::initializer_list<const char*>{"w", "x", "y", "z"} : std::initializer_list<const char*>{"x", "y", "z"}) line += "," + joint + "_" + axis;
+      for (const char axis : std::string_view(rotations ? "wxyz" : "xyz")) line += fmt::format(",{}_{}", joint, axis);
     return line + ",left_contact,right_contact\n";
   }
 
