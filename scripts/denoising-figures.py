@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Motion with known truth before and after denoising, beside a Savitzky-Golay filter of rotations and root positions.
 
-    denoising-figures.py CLEAN.h5 NOISY.h5 [DENOISED.h5 ...]
+    denoising-figures.py CLEAN.h5 NOISY.h5 [DENOISED.h5 ...] [--manifest pairs/manifest.tsv]
 
 For each archive (clips of equal names and lengths as CLEAN's), means over all clips:
   mm     distance of the joints in the world to the truth, after the turn about Z and the shift that fit a clip best (canonicalize starts each
@@ -9,9 +9,14 @@ For each archive (clips of equal names and lengths as CLEAN's), means over all c
   jerk   third difference of joint positions times rate cubed, m/s^3
   skate  m/s: horizontal speed of ankles and toe bases while under 0.06 m in both frames (fid-eval's skate_mps takes the lowest joints alike)
   peak   99.9 % quantile of joint speeds, share of the truth's
+With the manifest of `make-corpus --noise` a second table:
+  mm     as above; its 99 % quantile and its largest over frames and joints
+  spikes, dropouts   mm over the frames that they last, of the joints that they displace (below the joint; all for the position of the root), and degrees of the joint's own rotation; mean over events
+  hands, feet        speed of wrists and toe bases where the truth's is greatest (one frame either way), share of it
 Needs h5py, NumPy, SciPy.
 """
-import sys
+import argparse
+import csv
 
 import h5py
 import numpy as np
@@ -83,12 +88,67 @@ def figures(archive, clips, truth):
     return np.nanmean(rows, 0)
 
 
-clean, noisy = Archive(sys.argv[1]), Archive(sys.argv[2])
-print("%-28s%9s%9s%9s%9s%9s%9s" % ("", "mm", "mm_root", "mm_pose", "jerk", "skate", "peak %"))
-show = lambda name, clips: print("%-28s%9.2f%9.2f%9.2f%9.0f%9.3f%9.1f" % (name, *figures(clean, clips, clean.clips)))
-show("truth", clean.clips)
-show("noisy", noisy.clips)
+def read_manifest(path, archive):
+    """Clip name -> [(kind, joint index or -1, frames)]."""
+    events = {}
+    for row in csv.DictReader(open(path), delimiter="\t"):
+        if row["kind"] == "jitter":
+            continue
+        name = row["file"].rsplit(".", 1)[0]
+        frames = np.arange(np.ceil(float(row["start"]) * archive.rate - 1e-6), np.ceil(float(row["end"]) * archive.rate - 1e-6)).astype(int)
+        if name in archive.clips and len(frames := frames[frames < len(archive.clips[name][1])]):
+            events.setdefault(name, []).append((row["kind"], -1 if row["joint"] == "position" else archive.joints.index(row["joint"]), frames))
+    return events
+
+
+def below(archive, joint):
+    inside = [joint < 0] * len(archive.joints)
+    for j, p in enumerate(archive.parents):
+        inside[j] = inside[j] or p == joint or (p >= 0 and inside[p])
+    return [j for j, i in enumerate(inside) if i]
+
+
+def event_figures(archive, clips, truth, events):
+    ends = {k: [i for i, n in enumerate(archive.joints) if n.lower().endswith(v)] for k, v in {"hands": ("wrist", "hand"), "feet": ("foot", "toe", "toes", "toebase")}.items()}
+    distances, at = [], {(k, u): [] for k in ("spike", "dropout") for u in ("mm", "deg")}
+    kept = {k: [] for k in ends}
+    for name, clip in clips.items():
+        x, y = archive.positions(*clip), archive.positions(*truth[name])
+        d = 1000 * np.linalg.norm(aligned(x, y) - y, axis=-1)
+        distances.append(d)
+        for kind, joint, frames in events.get(name, []):
+            moved = below(archive, joint)
+            if moved:
+                at[kind, "mm"].append(d[np.ix_(frames, moved)].mean())
+            if joint >= 0:
+                p, q = clip[0][frames, joint], truth[name][0][frames, joint]
+                between = product(p * [1, -1, -1, -1], q) if joint else None
+                if joint:
+                    at[kind, "deg"].append(np.degrees(2 * np.arctan2(np.linalg.norm(between[:, 1:], axis=-1), np.abs(between[:, 0]))).mean())
+        for k, joints in ends.items():
+            for j in joints:
+                v, w = (np.linalg.norm(np.diff(z[:, j], axis=0), axis=-1) for z in (x, y))
+                t = w.argmax()
+                kept[k].append(100 * v[max(0, t - 1):t + 2].max() / w[t])
+    d = np.concatenate([d.ravel() for d in distances])
+    return [d.mean(), np.quantile(d, 0.99), d.max(), *(np.mean(at[k, u]) if at[k, u] else np.nan for k in ("spike", "dropout") for u in ("mm", "deg")), *(np.mean(kept[k]) for k in ends)]
+
+
+parser = argparse.ArgumentParser(usage=__doc__)
+parser.add_argument("archives", nargs="+")
+parser.add_argument("--manifest")
+parser.add_argument("--windows", type=int, nargs="*", default=[5, 7, 9, 11], help="of the filter")
+arguments = parser.parse_args()
+clean, noisy = Archive(arguments.archives[0]), Archive(arguments.archives[1])
+all_clips = [("truth", clean.clips), ("noisy", noisy.clips)]
 for window in (5, 7, 9, 11):
-    show("Savitzky-Golay, %d frames" % window, {n: smoothed(c, window) for n, c in noisy.clips.items()})
-for path in sys.argv[3:]:
-    show(path, Archive(path).clips)
+    if window in arguments.windows: all_clips.append(("Savitzky-Golay, %d frames" % window, {n: smoothed(c, window) for n, c in noisy.clips.items()}))
+all_clips += [(path, Archive(path).clips) for path in arguments.archives[2:]]
+print("%-28s%9s%9s%9s%9s%9s%9s" % ("", "mm", "mm_root", "mm_pose", "jerk", "skate", "peak %"))
+for name, clips in all_clips:
+    print("%-28s%9.2f%9.2f%9.2f%9.0f%9.3f%9.1f" % (name, *figures(clean, clips, clean.clips)))
+if arguments.manifest:
+    events = read_manifest(arguments.manifest, clean)
+    print("\n%-28s%9s%9s%9s%9s%9s%9s%9s%9s%9s" % ("", "mm", "99 %", "largest", "spikes", "deg", "dropouts", "deg", "hands %", "feet %"))
+    for name, clips in all_clips:
+        print("%-28s%9.2f%9.1f%9.0f%9.1f%9.2f%9.1f%9.2f%9.1f%9.1f" % (name, *event_figures(clean, clips, clean.clips, events)))

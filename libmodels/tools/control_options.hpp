@@ -20,6 +20,8 @@ class ControlOptions {
   const std::string& generator() const { return generator_; }
   const std::string& refiner() const { return refiner_; }
   control::PlanOptions& plan() { return plan_; }
+  // Other defaults, before add_search.
+  void set_sigmas(double noise, double contact, double height) { noise_sigma_ = noise, contact_sigma_ = contact, height_sigma_ = height; }
   const control::PlanOptions& plan() const { return plan_; }
   // Prior, noise and contacts: what every problem has. `model` gives the height that feet rest at.
   control::Terms terms(const control::MotionModel& model) const;

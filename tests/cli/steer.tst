@@ -50,7 +50,7 @@
 
 # options
 0 true ./t go.txt --refiner r.h5 -o refined.h5 && ./q 'not np.array_equal(h5py.File(f[0])["frames/root_position"][:], h5py.File(f[1])["frames/root_position"][:])' a.h5 refined.h5
-0 true ./t go.txt --speed-sigma 0.1 --direction-sigma 0.1 --turn-limit 90 --spread 1 --rereads 2 --noise-sigma 0.1 --contact-sigma 0.02 --height-sigma 0.02 -o o.h5 && ./q 'not np.array_equal(h5py.File(f[0])["frames/root_position"][:], h5py.File(f[1])["frames/root_position"][:])' a.h5 o.h5
+0 true ./t go.txt --speed-sigma 0.1 --direction-sigma 0.1 --turn-limit 90 --spread 1 --rereads 2 --noise-sigma 0.1 --contact-sigma 0.02 --height-sigma 0.02 --device cpu -o o.h5 && ./q 'not np.array_equal(h5py.File(f[0])["frames/root_position"][:], h5py.File(f[1])["frames/root_position"][:])' a.h5 o.h5
 0 true ./t go.txt -f -o j.h5 --json > j.json && ./q '[(j["frames"] == 46 and len(j["commands"]) == 3 and j["commands"][1]["heading_deg"] == 90 and "settled_s" in j["commands"][2] and j["frames_per_second"] > 0 and j["window_latency_p99_s"] >= j["window_latency_median_s"]) for j in [json.load(open(f[0]))]] == [True]' j.json
 0 ~frames,.*a.second;.windows.took steer -m g.h5 --window 8 --overlap 4 --particles 2 --rounds 0 --iterations 1 --tail 0.2 go.txt -o said.h5
 0 ~^1$ printf '0 1 0\n' | steer -q -m g.h5 - --tail 0 | tail -n +2 | wc -l
