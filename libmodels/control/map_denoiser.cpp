@@ -235,12 +235,7 @@ class Problem {
         return torch::cat({begins.narrow(0, 0, 2), x.narrow(0, 3, 1), begins.narrow(0, 2, 1), x.narrow(0, 4, d - 4)});
       };
       const auto objective_of = [&](const Carried& begin, const Tensor& begins) {
-        const Seen seen = see(begin, moved(begins), begins);
-        Tensor sum;
-        for (const auto& term : terms) {
-          const Tensor one = (*term)(seen).sum();
-          sum = sum.defined() ? sum + one : one;
-        }
+        const Tensor sum = total(see(begin, moved(begins), begins), terms).sum();
         if (!free) return sum;
         const Tensor seen_0 = raw_start(begin, begins), off = m0.trust[0] * (seen_0 - torch::cat({m0.root, m0.heading.unsqueeze(1), m0.angles}, 1)[0]).square();
         const Tensor beside = 0.5 * r * off.narrow(0, 0, 3).sum() + 0.5 * a * off.narrow(0, 3, d - 3).sum();
@@ -249,18 +244,7 @@ class Problem {
 
       std::vector<Tensor> unknown = {path, rest, noise};
       if (free) unknown.insert(unknown.end(), {frame, state, shift});
-      torch::optim::LBFGS lbfgs(unknown, torch::optim::LBFGSOptions(1).max_iter(options_.lbfgs.iterations).max_eval(2 * options_.lbfgs.iterations + 2).history_size(12).line_search_fn("strong_wolfe"));
-      double begun = 0;
-      bool begins_now = true;
-      const auto closure = [&]() -> Tensor {
-        const torch::AutoGradMode with_gradients(true);
-        lbfgs.zero_grad();
-        Tensor value = objective_of(start(), placed());
-        value.backward();
-        if (std::exchange(begins_now, false)) begun = value.item<double>();
-        return value.detach();
-      };
-      (void)lbfgs.step(closure);
+      const double begun = lbfgs(unknown, options_.lbfgs, [&] { return objective_of(start(), placed()); });
 
       const torch::NoGradGuard no_grad;
       const Carried begin = start();
@@ -282,7 +266,7 @@ class Problem {
       } else if (!(ended <= begun) && !std::isfinite(begun)) {
         refuse({{}, 0, "clip " + clip_.name}, "an objective that is not finite, expected motion like what the model was trained on");
       }
-      result.after = run == 0 ? std::min(begun, ended) : std::min(ended, begun);
+      result.after = std::min(begun, ended);
       const Tensor found = torch::tensor({now_.x, now_.y, now_.heading}, torch::kDouble).to(number_);
       const Seen seen = see(now_, motion, found);
       const Tensor features = seen.features.squeeze(1);

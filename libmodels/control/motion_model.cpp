@@ -118,9 +118,10 @@ MotionModel::Run MotionModel::run(const Carried& before, const Motion& m) const 
   return r;
 }
 
-Seen MotionModel::operator()(const Carried& before, const Motion& m) const {
+Seen MotionModel::see(const Carried& before, const Motion& m, Carried* after) const {
   const std::int64_t t = m.frames(), b = m.candidates(), d = columns();
   const Run r = run(before, m);
+  if (after) after->state = r.state[0].clone();
   Seen seen;
   seen.frame_rate_hz = generator_.reference.frame_rate_hz;
   seen.noise = m.noise;
@@ -129,7 +130,12 @@ Seen MotionModel::operator()(const Carried& before, const Motion& m) const {
   seen.rows = torch::cat({m.states, m.contacts}, 2);
   if (refiner_) {
     const Tensor effectors = (*refiner_effectors_)(seen.rows, before.refiner_before.expand({b, before.refiner_before.size(0)}).contiguous());
-    seen.rows = refining_->forward(seen.rows, (effectors - effector_mean_) / effector_deviation_, before.refiner_state.expand({b, before.refiner_state.size(0)}).contiguous(), packed_refiner_).rows;
+    const auto out = refining_->forward(seen.rows, (effectors - effector_mean_) / effector_deviation_, before.refiner_state.expand({b, before.refiner_state.size(0)}).contiguous(), packed_refiner_);
+    seen.rows = out.rows;
+    if (after) {
+      after->refiner_before = effectors[t - 1][0].narrow(0, 0, 3 * refiner_effectors_->count()).clone();
+      after->refiner_state = out.state[0].clone();
+    }
   }
   seen.contacts = (seen.rows.detach().narrow(2, d, kFeet) >= 0.5).to(number_);
   const Tensor x = seen.rows.narrow(2, 0, d) * deviation_ + mean_;
@@ -153,11 +159,10 @@ Carried MotionModel::advance(const Carried& before, const Motion& m, std::int64_
   const torch::NoGradGuard no_grad;
   const Motion own{m.states.narrow(0, 0, frames), m.noise.narrow(0, 0, frames), m.contacts.narrow(0, 0, frames)};
   if (own.candidates() != 1) throw Error(Exit::internal, {}, fmt::format("control: {} candidates to go on from, expected 1", own.candidates()));
-  const Seen seen = (*this)(before, own);
   Carried c;
+  const Seen seen = see(before, own, &c);
   const std::int64_t last = frames - 1;
   c.frame = torch::cat({own.states[last][0], own.contacts[last][0]}).clone();
-  c.state = run(before, own).state[0].clone();
   c.x = seen.root[last][0][0].item<double>();
   c.y = seen.root[last][0][1].item<double>();
   c.heading = seen.heading[last][0].item<double>();
@@ -165,11 +170,6 @@ Carried MotionModel::advance(const Carried& before, const Motion& m, std::int64_
   c.shown = seen.rows[last][0].clone();
   const std::int64_t n = 3 * followed_.count();
   c.feet = followed_(seen.rows.narrow(0, last, 1)).view({-1}).narrow(0, 0, n).clone();
-  if (refiner_) {
-    const Tensor rows = torch::cat({own.states, own.contacts}, 2), effectors = (*refiner_effectors_)(rows, before.refiner_before.unsqueeze(0));
-    c.refiner_before = effectors[last][0].narrow(0, 0, 3 * refiner_effectors_->count()).clone();
-    c.refiner_state = refining_->forward(rows, (effectors - effector_mean_) / effector_deviation_, before.refiner_state.unsqueeze(0), packed_refiner_).state[0].clone();
-  }
   return c;
 }
 

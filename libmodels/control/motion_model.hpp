@@ -64,7 +64,6 @@ class MotionModel {
   const train::StateReference& reference() const { return generator_.reference; }
   const lstm_gmm::Model& generator() const { return generator_; }
   torch::Dtype number() const { return number_; }
-  bool refines() const { return refiner_ != nullptr; }
   int columns() const { return static_cast<int>(generator_.reference.mean.size()); }
 
   // Mean height of the toe bases where the frames that the generator starts from have them down, m; 0.03 where none is.
@@ -76,7 +75,7 @@ class MotionModel {
   std::vector<Carried> starts(const torch::Tensor& pairs) const;
   // Carried behind a frame (input) before which the network was in `state`, placed likewise; its speed is left at 0. Differentiable with respect to both, for who looks for the start as well.
   Carried behind(const torch::Tensor& frame, const torch::Tensor& state) const;
-  Seen operator()(const Carried& before, const Motion& motion) const;
+  Seen operator()(const Carried& before, const Motion& motion) const { return see(before, motion, nullptr); }
   // Carried behind frame `frames` of a motion of one candidate.
   Carried advance(const Carried& before, const Motion& motion, std::int64_t frames) const;
   // Contacts by what the network says of them where it sees this motion, (T, B, 2).
@@ -91,13 +90,15 @@ class MotionModel {
 
  private:
   struct Run;
+  // As operator(), and into `after`, where given, what the last frame leaves behind: the states of both networks and the generator's end effectors.
+  Seen see(const Carried& before, const Motion& motion, Carried* after) const;
   Run run(const Carried& before, const Motion& motion) const;
   torch::Tensor of(const torch::Tensor& t) const { return t.to(number_); }
 
   const lstm_gmm::Model& generator_;
   const refiner::Model* refiner_;
   torch::Dtype number_;
-  std::shared_ptr<lstm_gmm::Network> network_;            // a copy of its own where numbers are double
+  std::shared_ptr<lstm_gmm::Network> network_;            // a copy of its own, without gradients
   std::shared_ptr<refiner::RefinerNetwork> refining_;
   std::unique_ptr<lstm_gmm::PackedNetwork> packed_;
   std::shared_ptr<const nn::PackedLstmCell> packed_refiner_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "libmocap/base/random.hpp"
 
@@ -14,6 +15,8 @@ namespace {
 
 constexpr double kInertia = 0.73, kPull = 2.05;
 
+}  // namespace
+
 Tensor total(const Seen& seen, const Terms& terms) {
   Tensor sum;
   for (const auto& term : terms) {
@@ -23,7 +26,19 @@ Tensor total(const Seen& seen, const Terms& terms) {
   return sum;
 }
 
-}  // namespace
+double lbfgs(std::vector<Tensor> unknown, const LbfgsOptions& options, const std::function<Tensor()>& objective) {
+  torch::optim::LBFGS search(std::move(unknown), torch::optim::LBFGSOptions(1).max_iter(options.iterations).max_eval(2 * options.iterations + 2).history_size(12).line_search_fn("strong_wolfe"));
+  std::optional<double> begun;
+  (void)search.step([&]() -> Tensor {
+    const torch::AutoGradMode with_gradients(true);
+    search.zero_grad();
+    Tensor value = objective();
+    value.backward();
+    if (!begun) begun = value.item<double>();
+    return value.detach();
+  });
+  return *begun;
+}
 
 Tensor objective(const MotionModel& model, const Carried& before, const Motion& motion, const Terms& terms) { return total(model(before, motion), terms); }
 
@@ -113,15 +128,7 @@ Minimised minimise(const MotionModel& model, const Carried& before, const Motion
     z.set_requires_grad(true);
     e.set_requires_grad(true);
     const auto motion = [&] { return Motion{from.states + scale * z, options.noise_sigma * e, from.contacts}; };
-    torch::optim::LBFGS lbfgs({z, e}, torch::optim::LBFGSOptions(1).max_iter(options.iterations).max_eval(2 * options.iterations + 2).history_size(12).line_search_fn("strong_wolfe"));
-    const auto closure = [&]() -> Tensor {
-      const torch::AutoGradMode with_gradients(true);
-      lbfgs.zero_grad();
-      Tensor value = objective(model, before, motion(), terms).sum();
-      value.backward();
-      return value.detach();
-    };
-    (void)lbfgs.step(closure);
+    (void)lbfgs({z, e}, options, [&] { return objective(model, before, motion(), terms).sum(); });
     const torch::NoGradGuard no_grad;
     Motion found = motion();
     found = {found.states.detach().clone(), found.noise.detach().clone(), from.contacts};

@@ -7,6 +7,7 @@
 // factor of a thousand. Contacts are read from the network before each of `rereads` runs and held within it.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,11 @@ struct LbfgsOptions {
   int iterations = 30, rereads = 2;  // iterations of each run
   double noise_sigma = 0.05;         // scale of d
 };
+
+// The sum of the terms, (B).
+torch::Tensor total(const Seen& seen, const Terms& terms);
+// L-BFGS from where the unknowns are, which it moves. `objective`: a number that depends on them. What it was at the start.
+double lbfgs(std::vector<torch::Tensor> unknown, const LbfgsOptions& options, const std::function<torch::Tensor()>& objective);
 
 // (B) nats of each candidate.
 torch::Tensor objective(const MotionModel& model, const Carried& before, const Motion& motion, const Terms& terms);
