@@ -65,8 +65,10 @@ MotionModel::MotionModel(const lstm_gmm::Model& generator, const refiner::Model*
   }
   if (!refiner) return;
   train::check_alike(*refiner->reference.skeleton, refiner->reference.frame_rate_hz, generator.reference, {{}, 0, {}}, "the generator");
-  if (refiner->reference.mean != generator.reference.mean || refiner->reference.deviation != generator.reference.deviation)
-    refuse({{}, 0, "normalization"}, "another mean or deviation than the generator's, expected both models trained on the same archive");
+  // A fine-tuned generator is standardised by the data it began with, the refiner by its own; contact bits are neither's.
+  const Tensor their_mean = of(torch::tensor(refiner->reference.mean)), their_deviation = of(torch::tensor(refiner->reference.deviation)), bits = torch::ones({kFeet}, mean_.options());
+  to_refiner_scale_ = torch::cat({deviation_ / their_deviation, bits});
+  to_refiner_shift_ = torch::cat({(mean_ - their_mean) / their_deviation, bits * 0});
   refining_ = copied(*refiner->network, number);
   packed_refiner_ = std::make_shared<nn::PackedLstmCell>(*refining_->lstm);
   refiner_effectors_.emplace(refiner->reference);
@@ -90,15 +92,20 @@ std::vector<Carried> MotionModel::starts(const Tensor& pairs) const {
   return all;
 }
 
+MotionModel::Refined MotionModel::refined(const Tensor& rows, const Tensor& before, const Tensor& state) const {
+  const Tensor theirs = rows * to_refiner_scale_ + to_refiner_shift_, effectors = (*refiner_effectors_)(theirs, before);
+  const auto out = refining_->forward(theirs, (effectors - effector_mean_) / effector_deviation_, state, packed_refiner_);
+  return {(out.rows - to_refiner_shift_) / to_refiner_scale_, effectors.narrow(2, 0, 3 * refiner_effectors_->count()).clone(), out.state};
+}
+
 Carried MotionModel::behind(const Tensor& frame, const Tensor& state) const {
   Carried c;
   c.frame = frame;
   c.state = state;
   c.shown = c.frame;
   if (refiner_) {
-    const Tensor rows = c.frame.view({1, 1, -1}), effectors = (*refiner_effectors_)(rows);
-    c.refiner_before = effectors.view({-1}).narrow(0, 0, 3 * refiner_effectors_->count()).clone();
-    const auto out = refining_->forward(rows, (effectors - effector_mean_) / effector_deviation_, torch::zeros({1, 2 * refining_->config().hidden}, rows.options()), packed_refiner_);
+    const Refined out = refined(c.frame.view({1, 1, -1}), {}, torch::zeros({1, 2 * refining_->config().hidden}, c.frame.options()));
+    c.refiner_before = out.effectors[0][0];
     c.refiner_state = out.state[0].clone();
     c.shown = out.rows.view({-1});
   }
@@ -129,11 +136,10 @@ Seen MotionModel::see(const Carried& before, const Motion& m, Carried* after) co
   seen.contact_logits = r.mixture.contact_logits.view({t, b, kFeet});
   seen.rows = torch::cat({m.states, m.contacts}, 2);
   if (refiner_) {
-    const Tensor effectors = (*refiner_effectors_)(seen.rows, before.refiner_before.expand({b, before.refiner_before.size(0)}).contiguous());
-    const auto out = refining_->forward(seen.rows, (effectors - effector_mean_) / effector_deviation_, before.refiner_state.expand({b, before.refiner_state.size(0)}).contiguous(), packed_refiner_);
+    const Refined out = refined(seen.rows, before.refiner_before.expand({b, before.refiner_before.size(0)}).contiguous(), before.refiner_state.expand({b, before.refiner_state.size(0)}).contiguous());
     seen.rows = out.rows;
     if (after) {
-      after->refiner_before = effectors[t - 1][0].narrow(0, 0, 3 * refiner_effectors_->count()).clone();
+      after->refiner_before = out.effectors[t - 1][0];
       after->refiner_state = out.state[0].clone();
     }
   }

@@ -93,6 +93,13 @@ class MotionModel {
   // As operator(), and into `after`, where given, what the last frame leaves behind: the states of both networks and the generator's end effectors.
   Seen see(const Carried& before, const Motion& motion, Carried* after) const;
   Run run(const Carried& before, const Motion& motion) const;
+  struct Refined {
+    torch::Tensor rows;       // (T, B, D + 2) standardised as the generator's
+    torch::Tensor effectors;  // (T, B, 3 E') places of the end effectors of what went in
+    torch::Tensor state;      // (B, 2 H)
+  };
+  // `rows` (T, B, D + 2) as the generator standardises them, whatever the refiner's own mean and deviation are.
+  Refined refined(const torch::Tensor& rows, const torch::Tensor& before, const torch::Tensor& state) const;
   torch::Tensor of(const torch::Tensor& t) const { return t.to(number_); }
 
   const lstm_gmm::Model& generator_;
@@ -107,6 +114,7 @@ class MotionModel {
   bool follows_joint_;
   double rest_height_ = 0.03;
   torch::Tensor mean_, deviation_, effector_mean_, effector_deviation_;
+  torch::Tensor to_refiner_scale_, to_refiner_shift_;  // (D + 2): states in the refiner's units
 };
 
 }  // namespace mocap::control

@@ -123,10 +123,15 @@ TEST(MotionModel, InPartsItIsTheWhole) {
 }
 
 // The first frame has no step of its own in a clip, so the start is given that of the frame behind it, as the encoder does.
-TEST(MotionModel, WithARefinerItShowsWhatRefiningShows) {
+// A generator that was fine-tuned is standardised by other data than its refiner.
+void shows_what_refining_shows(bool units_of_its_own) {
   const torch::NoGradGuard no_grad;
   const auto generator = tiny_generator();
-  const auto refining = tiny_refiner();
+  auto refining = tiny_refiner();
+  for (std::size_t c = 0; units_of_its_own && c < refining.reference.mean.size(); ++c) {
+    refining.reference.mean[c] += 0.02F * static_cast<float>(c % 5);
+    refining.reference.deviation[c] *= 1 + 0.1F * static_cast<float>(c % 7);
+  }
   const MotionModel model(generator, &refining);
   const Motion m = random_motion(12, 1, 8, torch::kFloat);
   Tensor pair = generator.starts[2].clone();
@@ -153,6 +158,11 @@ TEST(MotionModel, WithARefinerItShowsWhatRefiningShows) {
     }
   }
   EXPECT_GT(changed, 0.01);
+}
+
+TEST(MotionModel, WithARefinerItShowsWhatRefiningShows) {
+  shows_what_refining_shows(false);
+  shows_what_refining_shows(true);
 }
 
 TEST(MotionModel, FeetRestWhereTheyAreDown) {
@@ -188,7 +198,6 @@ TEST(MotionModel, WhatDoesNotFitIsRefused) {
               r.reference.skeleton = s;
             }).find("another skeleton than the generator's"),
             std::string::npos);
-  EXPECT_NE(refused([](auto& r) { r.reference.mean[7] += 0.01f; }).find("normalization: another mean or deviation than the generator's"), std::string::npos);
   auto footless = tiny_generator();
   auto s = std::make_shared<Skeleton>(*footless.reference.skeleton);
   s->roles.erase("right_foot");
