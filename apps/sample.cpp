@@ -2,8 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
-#include <set>
+#include <filesystem>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
@@ -13,6 +12,7 @@
 #include "libmocap/metrics/stillness.hpp"
 #include "libmocap/store/archive.hpp"
 #include "libmodels/generators/generator.hpp"
+#include "libmodels/generators/plans.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "libmodels/tools/history_input.hpp"
 
@@ -27,7 +27,8 @@ class Sample final : public cli::Tool {
   std::string description() const override {
     return "The model file says which kind of generator it holds, on which body and at which rate. Each clip has a random stream of its own: clip 7 of a seed is the same "
            "motion whether 8 or 8,000 are asked for, and whatever the number of threads. Contacts are labelled by the rule of the archive the model was trained on, or by the model where it knows about them. A --schedule is a tab-separated table with a "
-           "header line: `start` in seconds, a column for each attribute that it sets, optional `end`, and `clip` for several schedules in one file; the clips carry it as segments.";
+           "header line: `start` in seconds, a column for each attribute that it sets, optional `end`, and `clip` for several schedules in one file; the clips carry it as segments. "
+           "A model of joint positions (cae-vae) is brought onto the body, whose bones keep their length, and what that changes is told; motions longer than its window are made of windows that overlap.";
   }
   std::vector<cli::Example> examples() const override {
     return {{"sample -m model.h5 -n 64 -o samples.h5", "64 motions, all combinations of attributes equally"},
@@ -35,9 +36,12 @@ class Sample final : public cli::Tool {
             {"sample -m model.h5 -n 8 --schedule walk-jog-walk.tsv -o changes.h5", "attributes that change at the table's times"},
             {"sample -m model.h5 -n 40 --attr action=lifting --frames 300 --stop-when-still -o lifts.h5", "each ends when it has come to rest"},
             {"sample -m lstm.h5 --init walk.h5 --frames 9000 -o long.h5", "five minutes from the first frame of a clip (train-lstm)"},
+            {"sample -m vae.h5 -n 36 --latent-axis 2 -o axis.h5", "four motions, each at nine places of axis 2 (train-vae)"},
+            {"sample -m vae.h5 --interpolate walks.h5:walk_01 jumps.h5 -o between.h5", "nine motions from one window to another"},
+            {"sample -m vae.h5 --reconstruct test.h5 -o again.h5", "what is left of motion that went through the latent space"},
             {"sample -m model.h5 -n 8 -o - | render - -o strips.png", "straight to a picture"}};
   }
-  std::vector<std::string> references() const override { return {"Ghorbani et al. 2020, sections 3.3.2 and 5.1, Algorithm 2", "Wang, Chai, Xia 2018, sections 4.1.4, 5.1 and 5.4"}; }
+  std::vector<std::string> references() const override { return {"Ghorbani et al. 2020, sections 3.3.2 and 5.1, Algorithm 2", "Wang, Chai, Xia 2018, sections 4.1.4, 5.1 and 5.4", "Motegi, Hijioka, Murakami 2018, section V"}; }
   cli::Traits traits() const override {
     cli::Traits t;
     t.inputs = cli::Inputs::none;
@@ -62,6 +66,13 @@ class Sample final : public cli::Tool {
     app.add_option("--init-state", init_state_, "the network's hidden state before the first frame: found from the first two frames by gradient descent, or zero, which makes the second frame jump (lstm-gmm)")
         ->check(cli::one_of({"estimate", "zero"}))->capture_default_str();
     app.add_option("--network-noise", network_noise_, "deviation of noise on the network's standardised input (lstm-gmm)")->check(cli::non_negative("DEVIATION"))->capture_default_str();
+    CLI::Option* axis = app.add_option("--latent-axis", axis_, "axis of the latent space, from 1: instead of motions of their own, each latent drawn gives a row of motions with that element at the --quantiles of its distribution (cae-vae)")
+                            ->check(cli::whole(1, 4096, "K"));
+    app.add_option("--quantiles", quantiles_, "FIRST:LAST:STEP, or one: probabilities above 0 and below 1")->needs(axis)->capture_default_str();
+    CLI::Option* between = app.add_option("--interpolate", between_, "two clips as ARCHIVE or ARCHIVE:CLIP: -n motions (9) from the first window of one to that of the other, by their places in the latent space (cae-vae)")->expected(2);
+    CLI::Option* again = app.add_option("--reconstruct", reconstruct_, "archive whose clips go through the latent space and back, instead of new motions (cae-vae)")->check(cli::path("ARCHIVE"));
+    axis->excludes(between)->excludes(again);
+    between->excludes(again);
     app.add_option("--noise-scale", noise_scale_, "factor on the latent noise, or on the spread of a mixture: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
   }
 
@@ -70,6 +81,12 @@ class Sample final : public cli::Tool {
     std::string digest;
     const store::ModelFile model = store::read_model(model_, &digest);
     const auto generator = generators::make_generator(model, model_);
+    std::vector<std::string> streams;
+    for (const auto& [option, path] : {std::pair{"-m", &model_}, {"--init", &init_}, {"--schedule", &schedule_}, {"--reconstruct", &reconstruct_}})
+      if (*path == "-") streams.emplace_back(option);
+    for (const std::string& end : between_)
+      if (end == "-") streams.emplace_back("--interpolate");
+    if (streams.size() > 1) refuse_usage(streams[0] + " - and " + streams[1] + " -: expected one of them to be a file");
     std::vector<HistoryInput> inputs = {tools::history_input(model_, digest)};
     generators::SampleSettings settings;
     settings.seed = context.seed();
@@ -77,39 +94,38 @@ class Sample final : public cli::Tool {
     settings.noise_scale = noise_scale_;
     if (!generator->starts_from_frames() && (!init_.empty() || init_state_ != "estimate" || network_noise_ > 0))
       refuse_usage("--init, --init-state and --network-noise, expected a generator that starts from frames (lstm-gmm); " + model_ + " holds a model of kind " + generator->kind());
-    if (!init_.empty()) {
-      if (init_ == "-" && model_ == "-") refuse_usage("-m - and --init -: expected one of them to be a file");
-      const store::ArchiveReader reader(init_, store::Caching::in_order);
-      inputs.push_back(tools::history_input(init_, reader.file_sha256()));
-      for (std::size_t i = 0; i < reader.size() && settings.init.size() < static_cast<std::size_t>(count_.value_or(1)); ++i) {
-        Clip clip = reader.read(i);
-        settings.init.push_back(clip.frames() > 2 && !clip.contacts.empty() ? cut(clip, 0, 2) : std::move(clip));  // contacts are found in all of a clip
-      }
-      if (settings.init.empty()) refuse({init_, 0, {}}, "0 clips, expected at least one to start from");
-    }
+    read_starts(settings, inputs);
     settings.estimate_state = init_state_ == "estimate";
     settings.network_noise = network_noise_;
-    std::vector<Plan> plans;
+    const bool walking = axis_.has_value() || !between_.empty(), latent = walking || !reconstruct_.empty();
+    if (latent && generator->latent_dimensions() == 0)
+      refuse_usage("--latent-axis, --interpolate and --reconstruct, expected a generator with a latent space (cae-vae); " + model_ + " holds a model of kind " + generator->kind());
+    if (axis_ && *axis_ > generator->latent_dimensions()) refuse_usage(fmt::format("--latent-axis {}, expected one of the model's {} axes, from 1", *axis_, generator->latent_dimensions()));
+    generators::FitReport fit;
+    settings.fit = &fit;
+    if (!reconstruct_.empty()) {
+      reconstruct(context, *generator, settings, model.history, std::move(inputs));
+      tell(fit);
+      return Exit::ok;
+    }
+    const std::vector<double> quantiles = axis_ ? generators::parse_quantiles(quantiles_) : std::vector<double>();
+    for (const std::string& end : between_) settings.between.push_back(read_end(end, inputs));
+    std::vector<generators::Plan> plans;
+    std::int64_t usual = axis_ ? static_cast<std::int64_t>(quantiles.size()) : between_.empty() ? 1 : kSteps;
     if (schedule_.empty()) {
-      for (auto& attributes : chosen_combinations(*generator, {})) plans.push_back({{}, std::move(attributes), {}, frames_.value_or(generator->default_frames())});
+      plans = generators::attribute_plans(*generator, attributes_, frames_.value_or(generator->default_frames()));
     } else {
-      if (schedule_ == "-" && model_ == "-") refuse_usage("-m - and --schedule -: expected one of them to be a file");
       const auto schedules = formats::AttributeSchedules::read(schedule_);
       inputs.push_back(tools::history_input(schedule_, schedules.sha256()));
-      plans = scheduled(*generator, schedules);
+      usual = static_cast<std::int64_t>(schedules.all().size());
+      plans = generators::scheduled_plans(*generator, attributes_, frames_, schedules, schedule_ == "-" ? "<stdin>" : schedule_);
     }
-    const std::int64_t count = count_.value_or(static_cast<std::int64_t>(schedules_));
+    const std::int64_t count = count_.value_or(usual);
+    if (!between_.empty() && count < 2) refuse_usage("--interpolate with -n 1, expected at least 2 motions: one for either end");
     std::int64_t longest = 1;
-    for (const Plan& plan : plans) longest = std::max(longest, plan.frames);
+    for (const auto& plan : plans) longest = std::max(longest, plan.frames);
 
-    store::ArchiveHeader header;
-    header.skeleton = generator->skeleton();
-    header.frame_rate_hz = generator->frame_rate_hz();
-    header.contacts_rule = generator->contacts_rule().starts_with("preset:") || generator->contacts_rule() == "model" ? generator->contacts_rule() : "";
-    header.history = model.history;
-    header.history.push_back(context.history_entry(std::move(inputs)));
-    store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
-
+    store::ArchiveWriter writer(context.common().output, context.overwrite(), header_of(*generator, model.history, context.history_entry(std::move(inputs))));
     const int digits = static_cast<int>(std::to_string(count - 1).size());
     std::int64_t stopped = 0;
     // Bounded memory: about a million frames at a time, or one motion where it alone has more.
@@ -117,7 +133,7 @@ class Sample final : public cli::Tool {
     for (std::int64_t first = 0; first < count; first += portion) {
       std::vector<generators::ClipOrder> orders;
       for (std::int64_t i = first; i < std::min(first + portion, count); ++i) {
-        const Plan& plan = plans[static_cast<std::size_t>(i) % plans.size()];
+        const auto& plan = plans[static_cast<std::size_t>(i) % plans.size()];
         generators::ClipOrder order;
         order.attributes = plan.attributes;
         if (plan.name.empty())
@@ -125,10 +141,19 @@ class Sample final : public cli::Tool {
         else
           order.name = plan.name + "-";
         if (order.name.empty()) order.name = "motion-";  // of a model without attributes
-        order.name += fmt::format("{:0{}}", i, digits);
         order.frames = plan.frames;
         order.stream = static_cast<std::uint64_t>(i);
         order.schedule = plan.changes;
+        if (axis_) {  // a row of quantiles for each latent drawn
+          const auto row = i / static_cast<std::int64_t>(quantiles.size());
+          const double quantile = quantiles[static_cast<std::size_t>(i) % quantiles.size()];
+          order.stream = static_cast<std::uint64_t>(row);
+          order.axis = {*axis_, quantile};
+          order.name += fmt::format("{:0{}}-axis-{}-at-{:.6g}", row, digits, *axis_, quantile);
+        } else {
+          order.name += fmt::format("{:0{}}", i, digits);
+          if (!between_.empty()) order.between = static_cast<double>(i) / static_cast<double>(count - 1);
+        }
         orders.push_back(std::move(order));
       }
       std::vector<Clip> made;
@@ -152,138 +177,97 @@ class Sample final : public cli::Tool {
       context.progress(static_cast<std::size_t>(std::min(first + portion, count)), static_cast<std::size_t>(count), "motions");
     }
     writer.finish();
+    tell(fit);
     if (stop_) log::info("{} of {} motions came to rest and end there", stopped, count);
     return Exit::ok;
   }
 
  private:
-  struct Plan {  // what every so many motions are made by
-    std::string name;
-    Attributes attributes;
-    std::vector<generators::AttributeChange> changes;
+  static constexpr std::int64_t kSteps = 9;  // from one window to another
+
+  static store::ArchiveHeader header_of(const generators::Generator& generator, History history, HistoryEntry command) {
+    store::ArchiveHeader header;
+    header.skeleton = generator.skeleton();
+    header.frame_rate_hz = generator.frame_rate_hz();
+    header.contacts_rule = generator.contacts_rule().starts_with("preset:") || generator.contacts_rule() == "model" ? generator.contacts_rule() : "";
+    header.history = std::move(history);
+    header.history.push_back(std::move(command));
+    return header;
+  }
+
+  static void tell(const generators::FitReport& fit) {
+    if (fit.points > 0) log::info("joints of the body are within {:.1f} mm of what the model made, at most {:.1f} mm ({}, {})", fit.mean_mm(), fit.worst_mm, fit.worst_clip, fit.worst_joint);
+  }
+
+  // The clips to start from, as many as are needed.
+  void read_starts(generators::SampleSettings& settings, std::vector<HistoryInput>& inputs) const {
+    if (init_.empty()) return;
+    const store::ArchiveReader reader(init_, store::Caching::in_order);
+    inputs.push_back(tools::history_input(init_, reader.file_sha256()));
+    for (std::size_t i = 0; i < reader.size() && settings.init.size() < static_cast<std::size_t>(count_.value_or(1)); ++i) {
+      Clip clip = reader.read(i);
+      settings.init.push_back(clip.frames() > 2 && !clip.contacts.empty() ? cut(clip, 0, 2) : std::move(clip));  // contacts are found in all of a clip
+    }
+    if (settings.init.empty()) refuse({init_, 0, {}}, "0 clips, expected at least one to start from");
+  }
+
+  // ARCHIVE[:CLIP]; a file of the whole name goes first.
+  static Clip read_end(const std::string& text, std::vector<HistoryInput>& inputs) {
+    std::string path = text, name;
+    std::error_code ignored;
+    if (const auto colon = text.rfind(':'); colon != std::string::npos && !std::filesystem::exists(text, ignored)) path = text.substr(0, colon), name = text.substr(colon + 1);
+    const store::ArchiveReader reader(path);
+    inputs.push_back(tools::history_input(path, reader.file_sha256()));
+    for (std::size_t i = 0; i < reader.size(); ++i)
+      if (name.empty() || reader.info(i).name == name) return reader.read(i);
+    if (reader.size() == 0) refuse({path, 0, {}}, "0 clips, expected at least one");
+    refuse({path, 0, "clip " + name}, "no clip of this name, expected one such as " + reader.info(0).name);
+  }
+
+  // Every clip of an archive through the model's latent space and back.
+  void reconstruct(cli::Context& context, const generators::Generator& generator, const generators::SampleSettings& settings, const History& history, std::vector<HistoryInput> inputs) const {
+    const store::ArchiveReader reader(reconstruct_, store::Caching::in_order);
+    inputs.push_back(tools::history_input(reconstruct_, reader.file_sha256()));
+    store::ArchiveHeader header = header_of(generator, history, context.history_entry(std::move(inputs)));
+    header.attributes = reader.header().attributes;
+    header.segment_attributes = reader.header().segment_attributes;
+    store::ArchiveWriter writer(context.common().output, context.overwrite(), header);
+    std::size_t short_ones = 0, done = 0;
+    const auto count = static_cast<std::size_t>(count_.value_or(static_cast<std::int64_t>(reader.size())));
+    std::vector<Clip> portion;
     std::int64_t frames = 0;
-  };
-
-  static std::string text(const Attributes& attributes) {
-    std::string list;
-    for (const auto& [name, value] : attributes) list += (list.empty() ? "" : " ") + name + "=" + value;
-    return list;
-  }
-
-  // The schedules in turn, each with the first choice of what it leaves open, then each with the second, and so on.
-  std::vector<Plan> scheduled(const generators::Generator& generator, const formats::AttributeSchedules& schedules) {
-    const std::string file = schedule_ == "-" ? "<stdin>" : schedule_;
-    const auto& vocabulary = generator.vocabulary();
-    for (const auto& name : schedules.attributes())
-      if (!vocabulary.contains(name)) refuse({file, schedules.header_line(), name}, "the model knows no attribute '" + name + "', expected " + listed(vocabulary));
-    const std::int64_t step = generator.schedule_step();
-    const double rate = generator.frame_rate_hz();
-    schedules_ = schedules.all().size();
-    std::vector<std::vector<Plan>> of_schedule;
-    std::set<Attributes> warned;
-    std::size_t most = 0;
-    for (const auto& schedule : schedules.all()) {
-      for (const auto& row : schedule.rows)
-        for (const auto& [name, value] : row.attributes) {
-          const auto& known = vocabulary.at(name);
-          if (std::find(known.begin(), known.end(), value) == known.end()) refuse({file, row.line, name}, "the model was not trained on '" + value + "', expected " + listed(known));
-        }
-      const Attributes& given = schedule.rows[0].attributes;
-      if (schedule.end_s && frames_) refuse_usage("--frames and a schedule whose last row has an end, expected one of them");
-      const double length = schedule.end_s ? std::round(*schedule.end_s * rate) : static_cast<double>(frames_.value_or(generator.default_frames()));
-      if (!(length >= 1 && length <= 1000000)) refuse({file, schedule.rows.back().line, "end"}, fmt::format("{} frames, expected between 1 and 1000000", length));
-      const auto frames = static_cast<std::int64_t>(length);
-      std::vector<std::int64_t> starts;
-      for (const auto& row : schedule.rows) {
-        if (row.start_s * rate >= length)
-          refuse({file, row.line, "start"}, fmt::format("{} s, expected a time within the {} frames ({:.6g} s) of the motion", row.start_s, frames, length / rate), "--frames makes it longer, or an end in the last row");
-        starts.push_back(std::llround(row.start_s * rate / static_cast<double>(step)) * step);
-        if (starts.size() > 1 && starts.back() <= starts[starts.size() - 2])
-          refuse({file, row.line, "start"}, fmt::format("{} s falls on the same word of the model as the row before, expected a step of {:.6g} s or more", row.start_s, static_cast<double>(step) / rate));
+    const auto flush = [&] {
+      try {
+        for (const Clip& clip : generator.reconstruct(portion, settings)) writer.add(clip);
+      } catch (const Error& e) {
+        throw e.status() == Exit::data ? e.in_file(reader.name()) : e;
       }
-      std::vector<Plan> plans;
-      for (const Attributes& first : chosen_combinations(generator, given)) {
-        Plan plan{schedule.clip.empty() ? "schedule" : schedule.clip, first, {}, frames};
-        for (std::size_t k = 0; k < schedule.rows.size(); ++k) {
-          Attributes now = first;
-          for (const auto& [name, value] : schedule.rows[k].attributes) now[name] = value;
-          const auto& trained = generator.combinations();
-          if (std::find(trained.begin(), trained.end(), now) == trained.end() && warned.insert(now).second)
-            log::warn("{}:{}: no motion with {} together was trained on: what the model makes of it is a guess", file, schedule.rows[k].line, text(now));
-          if (k == 0)
-            plan.attributes = now;
-          else if (starts[k] < frames)
-            plan.changes.push_back({starts[k], std::move(now)});
-          else if (plans.empty())
-            log::warn("{}:{}: {} s is less than half a word of the model before the motion's end: the row changes nothing", file, schedule.rows[k].line, schedule.rows[k].start_s);
-        }
-        plans.push_back(std::move(plan));
-      }
-      most = std::max(most, plans.size());
-      of_schedule.push_back(std::move(plans));
-    }
-    std::vector<Plan> all;
-    for (std::size_t k = 0; k < most; ++k)
-      for (const auto& plans : of_schedule) all.push_back(plans[k % plans.size()]);
-    return all;
-  }
-
-  static std::string listed(const std::vector<std::string>& values) {
-    std::string list;
-    for (const auto& v : values) list += (list.empty() ? "" : ", ") + v;
-    return list;
-  }
-  static std::string listed(const std::map<std::string, std::vector<std::string>>& vocabulary) {
-    if (vocabulary.empty()) return "none: it was trained without attributes";
-    std::vector<std::string> names;
-    for (const auto& [name, values] : vocabulary) names.push_back(name);
-    return listed(names);
-  }
-
-  // Every combination that was trained on, or those of them that --attr names. A schedule gives some from the start on: where no
-  // combination trained on has them, they replace the values of those that there are.
-  std::vector<Attributes> chosen_combinations(const generators::Generator& generator, const Attributes& given) const {
-    std::map<std::string, std::vector<std::string>> chosen;
-    for (const auto& pair : attributes_) {
-      const auto equals = pair.find('=');
-      if (equals == std::string::npos || equals == 0) refuse_usage("--attr " + pair + ", expected NAME=VALUE");
-      const std::string key = pair.substr(0, equals), value = pair.substr(equals + 1);
-      const auto known = generator.vocabulary().find(key);
-      if (known == generator.vocabulary().end()) refuse_usage("--attr " + pair + ": the model knows no attribute '" + key + "', expected " + listed(generator.vocabulary()));
-      if (std::find(known->second.begin(), known->second.end(), value) == known->second.end())
-        refuse_usage("--attr " + pair + ": the model was not trained on '" + value + "', expected " + listed(known->second));
-      if (given.contains(key)) refuse_usage("--attr " + pair + ": the schedule sets " + key + " from the start on, expected it from one of them");
-      chosen[key].push_back(value);
-    }
-    const auto matching = [&](bool also_given) {
-      std::vector<Attributes> all;
-      for (const auto& combination : generator.combinations()) {
-        const auto wanted = [&](const auto& item) {
-          if (const auto at = given.find(item.first); at != given.end()) return !also_given || at->second == item.second;
-          const auto it = chosen.find(item.first);
-          return it == chosen.end() || std::find(it->second.begin(), it->second.end(), item.second) != it->second.end();
-        };
-        if (!std::all_of(combination.begin(), combination.end(), wanted)) continue;
-        Attributes attributes = combination;
-        for (const auto& [name, value] : given) attributes[name] = value;
-        if (std::find(all.begin(), all.end(), attributes) == all.end()) all.push_back(std::move(attributes));
-      }
-      return all;
+      portion.clear();
+      frames = 0;
     };
-    std::vector<Attributes> all = matching(true);
-    if (all.empty() && !given.empty()) all = matching(false);
-    if (all.empty()) {
-      std::string list;
-      for (const auto& combination : generator.combinations()) list += (list.empty() ? "" : "; ") + text(combination);
-      refuse_usage("no motion with these attributes together was trained on, expected one of " + list);
+    for (std::size_t i = 0; i < reader.size() && done < count; ++i) {
+      context.progress(i, reader.size(), "clips");
+      if (reader.info(i).length < generator.default_frames()) {
+        ++short_ones;
+        continue;
+      }
+      portion.push_back(reader.read(i));
+      ++done;
+      frames += reader.info(i).length;
+      if (frames > 100000) flush();
     }
-    return all;
+    flush();
+    if (done == 0) refuse({reader.name(), 0, {}}, fmt::format("{} clips, none as long as the model's window of {} frames", reader.size(), generator.default_frames()));
+    writer.finish();
+    if (short_ones > 0) log::warn("{}: {} clips shorter than the model's window of {} frames are left out", reader.name(), short_ones, generator.default_frames());
   }
 
   std::string model_, schedule_, init_, init_state_ = "estimate";
   double network_noise_ = 0;
   std::optional<std::int64_t> count_, frames_;
-  std::size_t schedules_ = 1;
+  std::optional<int> axis_;
+  std::string quantiles_ = "0.1:0.9:0.1", reconstruct_;
+  std::vector<std::string> between_;
   bool stop_ = false;
   metrics::Stillness stillness_;
   std::vector<std::string> attributes_;

@@ -2,6 +2,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmodels/generators/baseline_generator.hpp"
+#include "libmodels/generators/cae_vae_generator.hpp"
 #include "libmodels/generators/lstm_gmm_generator.hpp"
 #include "libmodels/generators/motion_cell_generator.hpp"
 
@@ -13,9 +14,20 @@ struct Entry {
   const char* kind;
   std::unique_ptr<Generator> (*make)(const store::ModelFile&, const std::string&);
 };
-constexpr Entry kKinds[] = {{"motion-cell", make_motion_cell_generator}, {"quaternet", make_baseline_generator}, {"erd", make_baseline_generator}, {"lstm-gmm", make_lstm_gmm_generator}};
+constexpr Entry kKinds[] = {{"motion-cell", make_motion_cell_generator}, {"quaternet", make_baseline_generator}, {"erd", make_baseline_generator}, {"lstm-gmm", make_lstm_gmm_generator}, {"cae-vae", make_cae_vae_generator}};
 
 }  // namespace
+
+void FitReport::add(const PositionFit& fit, const std::string& clip, const Skeleton& skeleton, const std::vector<int>& joints) {
+  const auto frames = static_cast<double>(fit.frames);
+  for (std::size_t j = 0; j < fit.joints.size(); ++j) {
+    sum_mm += fit.joints[j].mean_mm * frames;
+    points += frames;
+    if (fit.joints[j].worst_mm > worst_mm) worst_mm = fit.joints[j].worst_mm, worst_clip = clip, worst_joint = skeleton.joint_names[static_cast<std::size_t>(joints[j])];
+  }
+}
+
+std::vector<Clip> Generator::reconstruct(const std::vector<Clip>&, const SampleSettings&) const { throw Error(Exit::internal, {}, "a generator of kind " + kind() + " has no latent space"); }
 
 void label_as_ordered(Clip& clip, const ClipOrder& order) {
   clip.attributes = order.attributes;

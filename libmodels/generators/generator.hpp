@@ -1,10 +1,12 @@
 // What `sample` asks of a trained model, and the list of the kinds that offer it.
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libmocap/clip/clip.hpp"
+#include "libmocap/clip/position_fit.hpp"
 #include "libmocap/store/model_file.hpp"
 
 namespace mocap::generators {
@@ -19,7 +21,23 @@ struct ClipOrder {            // one clip to make
   Attributes attributes;      // one known value for each attribute of the vocabulary
   std::int64_t frames = 0;
   std::uint64_t stream = 0;   // of its random numbers: equal (seed, stream) give equal clips, alone or in company
+  // Of a generator with a latent space: element `axis` (from 1) of the drawn latent is replaced by that quantile of its distribution, N(0, 1).
+  struct OnAxis {
+    int axis = 1;
+    double quantile = 0.5;
+  };
+  std::optional<OnAxis> axis = {};
+  std::optional<double> between = {};  // likewise: 0 is the first window of SampleSettings::between, 1 the second, by their places in the latent space
   std::vector<AttributeChange> schedule = {};  // attributes from later frames on; ascending, above 0, multiples of Generator::schedule_step()
+};
+
+// How far rotations found for joint positions are from them, over all clips of a call.
+struct FitReport {
+  double sum_mm = 0, worst_mm = 0;  // sum over frames and joints
+  double points = 0;
+  std::string worst_clip, worst_joint;
+  double mean_mm() const { return points > 0 ? sum_mm / points : 0; }
+  void add(const PositionFit& fit, const std::string& clip, const Skeleton& skeleton, const std::vector<int>& joints);
 };
 
 struct SampleSettings {
@@ -30,6 +48,9 @@ struct SampleSettings {
   std::vector<Clip> init = {};      // clips to start from; empty: what the model brings along
   bool estimate_state = true;       // find the hidden state before the first frame (Wang, Chai, Xia 2018, eq. 26) instead of 0
   double network_noise = 0;         // deviation of noise on the network's input, standardised (their 5.1)
+  // For generators with a latent space.
+  std::vector<Clip> between = {};  // two clips, of each the first window
+  FitReport* fit = nullptr;        // where given, receives what models of positions lose to bones that keep their length
 };
 
 class Generator {
@@ -45,6 +66,9 @@ class Generator {
   virtual std::int64_t default_frames() const = 0;
   virtual std::int64_t schedule_step() const { return 1; }  // frames: attributes can change at multiples of it
   virtual bool starts_from_frames() const { return false; }
+  virtual int latent_dimensions() const { return 0; }  // of a latent space that a whole motion has a place in; 0: none
+  // Of a generator with a latent space: each clip through it and back, as long as it was and where it was. Error(data) for clips shorter than a window, of another body or rate.
+  virtual std::vector<Clip> reconstruct(const std::vector<Clip>& originals, const SampleSettings& settings) const;
   // Clips in the order asked for, labelled by label_as_ordered, first frame above the origin with heading 0 (+X), contacts labelled by the rule or the model.
   virtual std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const = 0;
 };

@@ -252,7 +252,7 @@ TEST(BaselineGenerator, DamagedFiles) {
 TEST(Generator, AnotherKindNamesThoseThatGenerate) {
   auto m = random_model();
   m.kind = "classifier";
-  EXPECT_EQ(refusal(m), "m.h5: a model of kind 'classifier', expected one that generates motion (motion-cell, quaternet, erd, lstm-gmm)");
+  EXPECT_EQ(refusal(m), "m.h5: a model of kind 'classifier', expected one that generates motion (motion-cell, quaternet, erd, lstm-gmm, cae-vae)");
 }
 
 TEST(Generator, DamagedConfigurations) {

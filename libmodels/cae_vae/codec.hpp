@@ -1,0 +1,68 @@
+// Windows of standardised features into the latent space and out of it (Motegi, Hijioka, Murakami 2018, section V), and motion of any length.
+//
+//   x~ = Phi'(mu_theta(z)),  z ~ N(0, I)
+//
+// Longer motion is made of windows that overlap by half. The window that goes on is the one of `kCandidates` draws whose first half is nearest to the last half of the motion so far (mean square,
+// standardised features); twice the motion's own last half is put in place of its first and the whole is encoded and decoded, which brings it onto what the model knows; then both are blended over
+// the overlap, 3 u^2 - 2 u^3.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "libmocap/base/random.hpp"
+#include "libmodels/cae_vae/network.hpp"
+#include "libmodels/nn/layers.hpp"
+
+namespace mocap::cae_vae {
+
+inline constexpr int kCandidates = 64;
+
+using Latent = std::vector<float>;
+
+struct ClipRequest {
+  std::uint64_t seed = 1, stream = 0;  // of everything random: equal pairs give equal clips, alone or in company
+  std::int64_t frames = 120;
+  std::optional<Latent> latent = {};   // of the first window instead of a draw
+};
+
+// Phi'(mu_theta(z)) with packed weights.
+class Decoder {
+ public:
+  explicit Decoder(const Network& network);
+  // z (count, latent) -> x (count, window, 58), row-major. A window's numbers do not depend on the others. Equal to the network's within 1e-4 (tested).
+  // Cost: about 8 Mflop a window in the paper's sizes. Thread-safe.
+  void operator()(const float* z, std::int64_t count, float* x) const;
+
+ private:
+  CaeVaeConfig config_;
+  nn::PackedLinear<float> hidden_, features_, frames_;  // features_: frame by frame, in the first stage's own units
+};
+
+class Codec {
+ public:
+  explicit Codec(const Network& network) : network_(network), decoder_(network) {}  // which must outlive it
+  const Decoder& decoder() const { return decoder_; }
+
+  // Means of q(z | y) of a window (window, 58): its place in the latent space.
+  Latent encode(const float* x) const;
+  // What a clip of (seed, stream) begins with.
+  Latent draw(std::uint64_t seed, std::uint64_t stream, double scale) const;
+  // Through the first stage alone, (window, 58).
+  std::vector<float> through_autoencoder(const float* x) const;
+  // (frames, 58) each. `scale`: factor on the draws, 1 samples the model. Depends on the requests alone, not on `threads`.
+  std::vector<std::vector<float>> sample(const std::vector<ClipRequest>& requests, double scale, int threads) const;
+  // Any motion of at least a window (frames, 58), window by window through the latent space, overlapping by half and blended; the last window ends with the motion.
+  std::vector<float> reconstruct(const float* x, std::int64_t frames) const;
+
+ private:
+  Latent draw(Random& random, double scale) const;
+  std::vector<float> decode(const Latent& z) const;
+  std::vector<float> long_motion(const ClipRequest& request, double scale) const;
+
+  const Network& network_;
+  Decoder decoder_;
+};
+
+}  // namespace mocap::cae_vae
