@@ -66,11 +66,13 @@ class Sample final : public cli::Tool {
     app.add_option("--init-state", init_state_, "the network's hidden state before the first frame: found from the first two frames by gradient descent, or zero, which makes the second frame jump (lstm-gmm)")
         ->check(cli::one_of({"estimate", "zero"}))->capture_default_str();
     app.add_option("--network-noise", network_noise_, "deviation of noise on the network's standardised input (lstm-gmm)")->check(cli::non_negative("DEVIATION"))->capture_default_str();
+    app.add_option("--prior", prior_, "what latents are drawn from: a mixture fitted to where the training windows lie, or the standard normal distribution, as in the paper (cae-vae)")->check(cli::one_of({"mixture", "normal"}))->capture_default_str();
     CLI::Option* axis = app.add_option("--latent-axis", axis_, "axis of the latent space, from 1: instead of motions of their own, each latent drawn gives a row of motions with that element at the --quantiles of its distribution (cae-vae)")
                             ->check(cli::whole(1, 4096, "K"));
     app.add_option("--quantiles", quantiles_, "FIRST:LAST:STEP, or one: probabilities above 0 and below 1")->needs(axis)->capture_default_str();
     CLI::Option* between = app.add_option("--interpolate", between_, "two clips as ARCHIVE or ARCHIVE:CLIP: -n motions (9) from the first window of one to that of the other, by their places in the latent space (cae-vae)")->expected(2);
     CLI::Option* again = app.add_option("--reconstruct", reconstruct_, "archive whose clips go through the latent space and back, instead of new motions (cae-vae)")->check(cli::path("ARCHIVE"));
+    app.add_option("--through", through_, "how far --reconstruct goes: joint positions and rotations found for them, the convolutional autoencoder, or both stages")->needs(again)->check(cli::one_of({"positions", "autoencoder", "both"}))->capture_default_str();
     axis->excludes(between)->excludes(again);
     between->excludes(again);
     app.add_option("--noise-scale", noise_scale_, "factor on the latent noise, or on the spread of a mixture: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
@@ -101,6 +103,9 @@ class Sample final : public cli::Tool {
     if (latent && generator->latent_dimensions() == 0)
       refuse_usage("--latent-axis, --interpolate and --reconstruct, expected a generator with a latent space (cae-vae); " + model_ + " holds a model of kind " + generator->kind());
     if (axis_ && *axis_ > generator->latent_dimensions()) refuse_usage(fmt::format("--latent-axis {}, expected one of the model's {} axes, from 1", *axis_, generator->latent_dimensions()));
+    if (prior_ != "mixture" && generator->latent_dimensions() == 0) refuse_usage("--prior, expected a generator with a latent space (cae-vae); " + model_ + " holds a model of kind " + generator->kind());
+    settings.standard_normal = prior_ == "normal";
+    settings.through = through_ == "positions" ? generators::Through::positions : through_ == "autoencoder" ? generators::Through::autoencoder : generators::Through::both;
     generators::FitReport fit;
     settings.fit = &fit;
     if (!reconstruct_.empty()) {
@@ -266,7 +271,7 @@ class Sample final : public cli::Tool {
   double network_noise_ = 0;
   std::optional<std::int64_t> count_, frames_;
   std::optional<int> axis_;
-  std::string quantiles_ = "0.1:0.9:0.1", reconstruct_;
+  std::string quantiles_ = "0.1:0.9:0.1", reconstruct_, prior_ = "mixture", through_ = "both";
   std::vector<std::string> between_;
   bool stop_ = false;
   metrics::Stillness stillness_;

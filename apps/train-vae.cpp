@@ -48,6 +48,7 @@ class TrainVae final : public tools::TrainingTool {
     app.add_option("--kl-weight", c_.kl_weight, "factor on the KL divergence; above 1 latents lie closer to what is drawn from, and say less")->check(cli::non_negative("FACTOR"))->capture_default_str();
     app.add_option("--windows", windows_, "fast: those of --overlap, as in the paper; shifted: each begins up to a step later, drawn anew every epoch")->check(cli::one_of({"shifted", "fast"}))->capture_default_str();
     app.add_option("--least-deviation", c_.least_deviation, "that a feature of the autoencoder can be told with, standardised; a floor keeps the second stage from knowing its windows by heart")->check(cli::non_negative("DEVIATION"))->capture_default_str();
+    app.add_option("--prior-components", c_.prior_components, "Gaussians of the mixture that is fitted to where the training windows lie in the latent space, for `sample --prior mixture`")->check(cli::whole(1, 1024, "COMPONENTS"))->capture_default_str();
     add_loop_options(app);
   }
 

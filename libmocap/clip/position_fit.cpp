@@ -75,6 +75,7 @@ struct PositionFitter::Body {
   std::array<Vector3, kParts> offset;
   Eigen::Matrix3d pelvis, chest;  // triads at rest
   std::vector<Limb> legs, arms;   // left, right
+  std::array<Quaternion, kParts> natural;  // of joints without one that hangs on them; of neck, ankles and elbows the turn about their own axis
 
   // Places and rotations in the world for one frame of targets.
   void solve(const Places& target, Places& place, Turns& world) const {
@@ -91,9 +92,9 @@ struct PositionFitter::Body {
     put(kSpine2, kSpine1);
     put(kSpine3, kSpine2);
     put(kNeck, kSpine3);
-    world[kNeck] = swing(world[kSpine3] * offset[kHead], target[kHead] - place[kNeck]) * world[kSpine3];
+    world[kNeck] = swing(world[kSpine3] * offset[kHead], target[kHead] - place[kNeck]) * world[kSpine3] * natural[kNeck];
     put(kHead, kNeck);
-    world[kHead] = world[kNeck];
+    world[kHead] = world[kNeck] * natural[kHead];
     for (const auto& [collar, shoulder] : {std::pair{kLeftCollar, kLeftShoulder}, {kRightCollar, kRightShoulder}}) {
       put(collar, kSpine3);
       world[collar] = swing(world[kSpine3] * offset[shoulder], target[shoulder] - place[collar]) * world[kSpine3];
@@ -105,12 +106,13 @@ struct PositionFitter::Body {
       const std::size_t foot = side == 0 ? kLeftFoot : kRightFoot;
       const Vector3 toes = target[foot] - target[leg.end], shin = target[leg.end] - target[leg.middle];
       place_limb(leg, target, kFootWeight * toes.cross(shin).normalized() + kPelvisWeight * (world[kPelvis] * leg.hinge), kLegs, place, world);
-      world[leg.end] = swing(world[leg.middle] * offset[foot], target[foot] - place[leg.end]) * world[leg.middle];
+      world[leg.end] = swing(world[leg.middle] * offset[foot], target[foot] - place[leg.end]) * world[leg.middle] * natural[leg.end];
       put(foot, leg.end);
-      world[foot] = world[leg.end];
+      world[foot] = world[leg.end] * natural[foot];
       const std::size_t collar = side == 0 ? kLeftCollar : kRightCollar;
       place_limb(arm, target, kArmWeight * (swing(world[collar] * arm.upper, target[arm.end] - place[arm.start]) * (world[collar] * arm.hinge)), kArms, place, world);
-      world[arm.end] = world[arm.middle];
+      world[arm.middle] = world[arm.middle] * natural[arm.middle];
+      world[arm.end] = world[arm.middle] * natural[arm.end];
     }
   }
 
@@ -139,7 +141,7 @@ struct PositionFitter::Body {
   }
 };
 
-PositionFitter::PositionFitter(std::shared_ptr<const Skeleton> skeleton, std::vector<int> joints) : skeleton_(std::move(skeleton)), joints_(std::move(joints)) {
+PositionFitter::PositionFitter(std::shared_ptr<const Skeleton> skeleton, std::vector<int> joints, const std::vector<Quaternion>& natural) : skeleton_(std::move(skeleton)), joints_(std::move(joints)) {
   auto body = std::make_shared<Body>();
   for (std::size_t part = 0; part < kParts; ++part) {
     body->joint[part] = skeleton_->find(kNames[part]);
@@ -157,6 +159,14 @@ PositionFitter::PositionFitter(std::shared_ptr<const Skeleton> skeleton, std::ve
   body->chest = triad(o[kNeck], o[kLeftCollar] + o[kLeftShoulder] - o[kRightCollar] - o[kRightShoulder]);
   body->legs = {{kLeftHip, kLeftKnee, kLeftAnkle, o[kLeftKnee], o[kLeftAnkle], Vector3::UnitY()}, {kRightHip, kRightKnee, kRightAnkle, o[kRightKnee], o[kRightAnkle], Vector3::UnitY()}};
   body->arms = {{kLeftShoulder, kLeftElbow, kLeftWrist, o[kLeftElbow], o[kLeftWrist], -Vector3::UnitZ()}, {kRightShoulder, kRightElbow, kRightWrist, o[kRightElbow], o[kRightWrist], Vector3::UnitZ()}};
+  body->natural.fill(Quaternion::Identity());
+  if (!natural.empty()) {
+    if (natural.size() != kParts) refuse({{}, 0, "skeleton"}, fmt::format("{} natural rotations, expected {}", natural.size(), std::size_t{kParts}));
+    const auto of = [&](std::size_t part) { return natural[static_cast<std::size_t>(body->joint[part])].normalized(); };
+    for (const std::size_t end : {kHead, kLeftWrist, kRightWrist, kLeftFoot, kRightFoot}) body->natural[end] = of(end);
+    for (const auto& [part, end] : {std::pair{kNeck, kHead}, {kLeftAnkle, kLeftFoot}, {kRightAnkle, kRightFoot}, {kLeftElbow, kLeftWrist}, {kRightElbow, kRightWrist}})
+      if (o[end].norm() > kNothing) body->natural[part] = twist_about(of(part), o[end].normalized());
+  }
   body_ = body;
 }
 
@@ -201,6 +211,24 @@ PositionFit PositionFitter::operator()(const JointPositions& positions, double f
   }
   make_sign_continuous(clip);
   return fit;
+}
+
+void MeanPose::add(const Clip& clip) {
+  const auto joints = static_cast<std::size_t>(clip.joints());
+  if (sum_.empty()) sum_.assign(joints, Eigen::Vector4d::Zero());
+  if (sum_.size() != joints) throw Error(Exit::internal, {}, "a mean pose of clips with different skeletons");
+  for (std::size_t t = 0; t < clip.frames(); ++t)
+    for (std::size_t j = 1; j < joints; ++j) {
+      const Eigen::Vector4d q = clip.frame(t)[j].coeffs();
+      sum_[j] += sum_[j].dot(q) < 0 ? Eigen::Vector4d(-q) : q;
+    }
+}
+
+std::vector<Quaternion> MeanPose::rotations() const {
+  std::vector<Quaternion> mean(sum_.size(), Quaternion::Identity());
+  for (std::size_t j = 1; j < sum_.size(); ++j)
+    if (sum_[j].norm() > kNothing) mean[j].coeffs() = sum_[j].normalized();
+  return mean;
 }
 
 }  // namespace mocap

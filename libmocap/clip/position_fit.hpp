@@ -10,7 +10,8 @@
 //              A straight limb has no plane, so what would be natural is added to n, little beside a limb that is bent: for legs the normal of shin and foot and the pelvis's left, for arms the
 //              hinge as the shortest swing from the T-pose carries it. A limb that closes the wrong way by a few degrees (legs 6, arms 3) counts as straight. So limbs pass through straight, and a little beyond,
 //              without turning over.
-//   not to be seen in positions: wrists, toe bases and the head stay as in the T-pose, arms and legs below the last joint have no twist of their own
+//   not to be seen in positions: how wrists, toe bases and head are turned, and the turn of neck, ankles and forearms about their own axis. They are those of a `natural` pose, the mean of some
+//              motion or the T-pose
 //
 // Accuracy on motion of the body itself (positions of 19 joints, without collars and spine2): ends of limbs within reach exact; means in docs/results.md.
 #pragma once
@@ -38,7 +39,8 @@ struct PositionFit {
 class PositionFitter {
  public:
   // joints: which of the skeleton's the positions are of. Error(data): a skeleton without a joint of the canonical body, a joint that is needed and not given (all 22 but spine2 and the collars).
-  PositionFitter(std::shared_ptr<const Skeleton> skeleton, std::vector<int> joints);
+  // natural: local rotations [J], what is not to be seen is taken from; empty: the T-pose. Error(data) for another number of them.
+  PositionFitter(std::shared_ptr<const Skeleton> skeleton, std::vector<int> joints, const std::vector<Quaternion>& natural = {});
 
   // Error(data): another number of columns than 3 K, no frames, a number that is not finite (frame and joint are named), a rate that is not above 0.
   // Cost: about 3 us a frame. Thread-safe; a frame depends on itself alone, but for the signs of quaternions.
@@ -49,6 +51,17 @@ class PositionFitter {
   std::shared_ptr<const Skeleton> skeleton_;
   std::vector<int> joints_;
   std::shared_ptr<const Body> body_;
+};
+
+// Mean local rotation of every joint but the root over all frames added: the normalised sum of quaternions brought to the side of the first (within a degree of the true mean where rotations are
+// within 90 degrees of it). The root's is the identity.
+class MeanPose {
+ public:
+  void add(const Clip& clip);
+  std::vector<Quaternion> rotations() const;  // [J]; empty where nothing was added
+
+ private:
+  std::vector<Eigen::Vector4d> sum_;
 };
 
 }  // namespace mocap

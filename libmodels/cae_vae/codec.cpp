@@ -84,6 +84,11 @@ std::vector<float> Codec::through_autoencoder(const float* x) const {
 
 Latent Codec::draw(Random& random, double scale) const {
   Latent z(static_cast<std::size_t>(network_.config().latent));
+  if (prior_) {
+    const Eigen::VectorXd drawn = prior_->draw(random, scale);
+    std::copy(drawn.begin(), drawn.end(), z.begin());
+    return z;
+  }
   for (float& v : z) v = static_cast<float>(scale * random.normal());
   return z;
 }
@@ -107,7 +112,10 @@ std::vector<float> Codec::long_motion(const ClipRequest& request, double scale) 
   std::vector<float> motion = decode(request.latent.value_or(drawn));
   std::vector<float> z(static_cast<std::size_t>(kCandidates * latent)), x(static_cast<std::size_t>(kCandidates) * size);
   while (motion.size() < static_cast<std::size_t>(request.frames * kColumns)) {
-    for (float& v : z) v = static_cast<float>(scale * random.normal());
+    for (int k = 0; k < kCandidates; ++k) {
+      const Latent candidate = draw(random, scale);
+      std::copy(candidate.begin(), candidate.end(), z.begin() + k * latent);
+    }
     decoder_(z.data(), kCandidates, x.data());
     const float* last = motion.data() + (motion.size() - shared);
     double least = std::numeric_limits<double>::infinity();
@@ -159,13 +167,14 @@ std::vector<std::vector<float>> Codec::sample(const std::vector<ClipRequest>& re
   return out;
 }
 
-std::vector<float> Codec::reconstruct(const float* x, std::int64_t frames) const {
+std::vector<float> Codec::reconstruct(const float* x, std::int64_t frames, bool latent) const {
   const std::int64_t window = network_.config().window;
   if (frames < window) throw Error(Exit::internal, {}, "cae-vae: a motion shorter than a window");
-  std::vector<float> motion = decode(encode(x));
+  const auto again = [&](const float* from) { return latent ? decode(encode(from)) : through_autoencoder(from); };
+  std::vector<float> motion = again(x);
   for (std::int64_t first = window / 2; static_cast<std::int64_t>(motion.size()) < frames * kColumns; first += window / 2) {
     first = std::min(first, frames - window);
-    append_blended(motion, decode(encode(x + first * kColumns)), static_cast<std::int64_t>(motion.size()) / kColumns - first);
+    append_blended(motion, again(x + first * kColumns), static_cast<std::int64_t>(motion.size()) / kColumns - first);
   }
   return motion;
 }

@@ -1,6 +1,6 @@
 // Windows of standardised features into the latent space and out of it (Motegi, Hijioka, Murakami 2018, section V), and motion of any length.
 //
-//   x~ = Phi'(mu_theta(z)),  z ~ N(0, I)
+//   x~ = Phi'(mu_theta(z)),  z ~ N(0, I), or from where the training windows lie (latent_prior.hpp)
 //
 // Longer motion is made of windows that overlap by half. The window that goes on is the one of `kCandidates` draws whose first half is nearest to the last half of the motion so far (mean square,
 // standardised features); twice the motion's own last half is put in place of its first and the whole is encoded and decoded, which brings it onto what the model knows; then both are blended over
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "libmocap/base/random.hpp"
+#include "libmodels/cae_vae/latent_prior.hpp"
 #include "libmodels/cae_vae/network.hpp"
 #include "libmodels/nn/layers.hpp"
 
@@ -42,26 +43,28 @@ class Decoder {
 
 class Codec {
  public:
-  explicit Codec(const Network& network) : network_(network), decoder_(network) {}  // which must outlive it
+  // Both must outlive it. `prior` null: z ~ N(0, I).
+  Codec(const Network& network, const LatentPrior* prior) : network_(network), prior_(prior), decoder_(network) {}
   const Decoder& decoder() const { return decoder_; }
 
   // Means of q(z | y) of a window (window, 58): its place in the latent space.
   Latent encode(const float* x) const;
   // What a clip of (seed, stream) begins with.
   Latent draw(std::uint64_t seed, std::uint64_t stream, double scale) const;
-  // Through the first stage alone, (window, 58).
-  std::vector<float> through_autoencoder(const float* x) const;
   // (frames, 58) each. `scale`: factor on the draws, 1 samples the model. Depends on the requests alone, not on `threads`.
   std::vector<std::vector<float>> sample(const std::vector<ClipRequest>& requests, double scale, int threads) const;
   // Any motion of at least a window (frames, 58), window by window through the latent space, overlapping by half and blended; the last window ends with the motion.
-  std::vector<float> reconstruct(const float* x, std::int64_t frames) const;
+  // Without `latent` through the first stage alone.
+  std::vector<float> reconstruct(const float* x, std::int64_t frames, bool latent = true) const;
 
  private:
   Latent draw(Random& random, double scale) const;
   std::vector<float> decode(const Latent& z) const;
+  std::vector<float> through_autoencoder(const float* x) const;
   std::vector<float> long_motion(const ClipRequest& request, double scale) const;
 
   const Network& network_;
+  const LatentPrior* prior_;
   Decoder decoder_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/clip/ground.hpp"
+#include "libmocap/clip/position_fit.hpp"
 #include "libmodels/nn/mlp.hpp"
 #include "libmodels/train/tensors.hpp"
 
@@ -13,6 +14,19 @@ namespace mocap::cae_vae {
 namespace {
 
 constexpr double kMostHz = 10000, kMostFloor = 100;
+
+std::vector<Quaternion> take_natural(std::map<std::string, store::Tensor>& weights, int joints, const std::string& name) {
+  const auto found = weights.find("natural");
+  if (found == weights.end() || found->second.shape != std::vector<std::int64_t>{joints, 4}) refuse({name, 0, "weights/natural"}, fmt::format("absent or of another shape, expected {} rotations", joints));
+  std::vector<Quaternion> rotations;
+  for (std::size_t i = 0; i < found->second.values.size(); i += 4) {
+    const float* q = found->second.values.data() + i;
+    rotations.emplace_back(q[0], q[1], q[2], q[3]);
+    if (!(std::abs(rotations.back().norm() - 1) < 1e-3)) refuse({name, 0, "weights/natural"}, "a quaternion that is not unit");
+  }
+  weights.erase(found);
+  return rotations;
+}
 
 }  // namespace
 
@@ -39,13 +53,16 @@ Model read(const store::ModelFile& file, const std::string& name) {
   }
   if (!file.skeleton) refuse({name, 0, "skeleton"}, "absent, expected the training data's");
   try {
-    features::motegi_joints(*file.skeleton);
+    PositionFitter(file.skeleton, features::motegi_joints(*file.skeleton));
   } catch (const Error& e) {
     throw e.in_file(name);
   }
-  train::check_numbers(file, features::kMotegiColumns, sizes.parameter_count(), name);
+  store::ModelFile weights = file;  // the prior stands beside the network
+  model.prior = take_latent_prior(weights.weights, sizes.latent, name);
+  model.natural = take_natural(weights.weights, file.skeleton->joint_count(), name);
+  train::check_numbers(weights, features::kMotegiColumns, sizes.parameter_count(), name);
   model.network = std::make_unique<Network>(sizes, 0);
-  train::load_weights(nn::parameters_by_path(*model.network), file.weights, name);
+  train::load_weights(nn::parameters_by_path(*model.network), weights.weights, name);
   if (!(model.network->scale_deviation > 0).all().item<bool>()) refuse({name, 0, "weights/scale_deviation"}, "a deviation of 0 or less, expected numbers above 0");
   model.reference = {file.skeleton, rate, file.mean, file.deviation};
   return model;

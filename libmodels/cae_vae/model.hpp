@@ -4,6 +4,7 @@
 #include <string>
 
 #include "libmocap/store/model_file.hpp"
+#include "libmodels/cae_vae/latent_prior.hpp"
 #include "libmodels/cae_vae/network.hpp"
 #include "libmodels/cae_vae/windows.hpp"
 
@@ -12,6 +13,8 @@ namespace mocap::cae_vae {
 struct Model {
   std::unique_ptr<Network> network;
   Reference reference;
+  LatentPrior prior;
+  std::vector<Quaternion> natural;  // mean local rotations of the training data, for what positions do not tell
   double floor_m = 0;         // where a decoded window's lowest joint is taken to rest
   std::string contacts_rule;  // "preset:NAME"
 };

@@ -35,6 +35,7 @@ void TrainingConfig::validate() const {
   positive("epochs of the variational autoencoder", static_cast<double>(vae_epochs));
   positive("batch", static_cast<double>(batch));
   positive("learning rate", learning_rate);
+  positive("components of the prior", prior_components);
   positive("gradient limit", gradient_limit);
   if (!(full_rate >= 0 && full_rate <= 1)) refuse_usage(fmt::format("share of the epochs with the whole rate is {}, expected a share", full_rate));
   if (!(std::isfinite(kl_weight) && kl_weight >= 0)) refuse_usage(fmt::format("weight of the KL divergence is {}, expected a number of at least 0", kl_weight));
@@ -43,7 +44,7 @@ void TrainingConfig::validate() const {
 }
 
 Json to_json(const TrainingConfig& c) {
-  return Json{{"epochs", c.epochs}, {"vae_epochs", c.vae_epochs}, {"batch", c.batch}, {"overlap", c.overlap}, {"shifted", c.shifted}, {"learning_rate", Json{{"rate", c.learning_rate}, {"full", c.full_rate}}}, {"gradient_limit", c.gradient_limit}, {"kl_weight", c.kl_weight}, {"least_deviation", c.least_deviation}, {"shards", c.shards}, {"seed", c.seed}};
+  return Json{{"epochs", c.epochs}, {"vae_epochs", c.vae_epochs}, {"batch", c.batch}, {"overlap", c.overlap}, {"shifted", c.shifted}, {"learning_rate", Json{{"rate", c.learning_rate}, {"full", c.full_rate}}}, {"gradient_limit", c.gradient_limit}, {"kl_weight", c.kl_weight}, {"least_deviation", c.least_deviation}, {"prior_components", c.prior_components}, {"shards", c.shards}, {"seed", c.seed}};
 }
 
 CaeVaeTraining::CaeVaeTraining(CaeVaeConfig network, TrainingConfig config, const WindowDataset& data, const WindowDataset* validation)
@@ -80,6 +81,11 @@ store::ModelFile CaeVaeTraining::describe() const {
   file.mean = data_.reference().mean;
   file.deviation = data_.reference().deviation;
   file.train_sources = data_.sources();
+  if (prior_) file.weights = stored(*prior_);
+  store::Tensor& natural = file.weights["natural"];
+  natural.shape = {static_cast<std::int64_t>(data_.natural().size()), 4};
+  for (const Quaternion& q : data_.natural())
+    for (const double v : {q.w(), q.x(), q.y(), q.z()}) natural.values.push_back(static_cast<float>(v));
   return file;
 }
 
@@ -123,7 +129,31 @@ void CaeVaeTraining::set_scale() {
   network_->scale_deviation.copy_((squares / count - mean.square()).clamp_min(0).sqrt().clamp_min(kLeastScale));
 }
 
+void CaeVaeTraining::set_prior() {
+  const torch::NoGradGuard no_grad;
+  const auto n = static_cast<Eigen::Index>(data_.windows().size());
+  Eigen::MatrixXd means(network_->config().latent, n), variances = means;
+  for (std::size_t begin = 0; begin < data_.windows().size(); begin += kPiece) {
+    std::vector<std::size_t> piece(std::min<std::size_t>(kPiece, data_.windows().size() - begin));
+    std::iota(piece.begin(), piece.end(), begin);
+    const Gaussian q = network_->vae->posterior(network_->standardised(network_->cae->encode(data_.batch(piece))));
+    const Tensor mean = q.mean.contiguous(), variance = q.log_variance.exp().contiguous();
+    for (std::size_t i = 0; i < piece.size(); ++i)
+      for (Eigen::Index l = 0; l < means.rows(); ++l) {
+        const auto at = static_cast<std::int64_t>(i) * means.rows() + l;
+        means(l, static_cast<Eigen::Index>(begin + i)) = mean.data_ptr<float>()[at];
+        variances(l, static_cast<Eigen::Index>(begin + i)) = variance.data_ptr<float>()[at];
+      }
+  }
+  prior_ = fit_latent_prior(means, variances, config_.prior_components, config_.seed);
+}
+
+void CaeVaeTraining::updated(const train::LossTerms&) {
+  if (step_ + 1 == steps()) set_prior();
+}
+
 void CaeVaeTraining::prepare(std::int64_t step) {
+  step_ = step;
   second_ = step >= first_stage();
   if (step == first_stage()) set_scale();
   const std::int64_t per_epoch = steps_per_epoch(), epoch = step / per_epoch, n = static_cast<std::int64_t>(data_.windows().size());

@@ -8,6 +8,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/sha256.hpp"
+#include "libmocap/clip/position_fit.hpp"
 
 namespace mocap::cae_vae {
 namespace {
@@ -48,7 +49,7 @@ WindowDataset::WindowDataset(const std::string& path, std::int64_t length, std::
   reference_.skeleton = header_.skeleton;
   reference_.frame_rate_hz = header_.frame_rate_hz;
   try {
-    features::motegi_joints(*header_.skeleton);
+    PositionFitter(header_.skeleton, features::motegi_joints(*header_.skeleton));  // what is sampled has to come back as rotations
   } catch (const Error& e) {
     throw e.in_file(name_);
   }
@@ -61,13 +62,16 @@ WindowDataset::WindowDataset(const std::string& path, std::int64_t length, std::
   std::set<std::string> sources;
   std::vector<FeatureMatrix> encoded;
   std::vector<double> floors;
+  MeanPose pose;
   for (std::size_t i = 0; i < reader.size(); ++i) {
     digest.update("\n" + reader.info(i).digest);
     if (reader.info(i).length < length) {
       ++left_out_;
       continue;
     }
-    const FeatureMatrix positions = features::motegi_positions(reader.read(i));
+    const Clip clip = reader.read(i);
+    const FeatureMatrix positions = features::motegi_positions(clip);
+    pose.add(clip);
     if (!positions.allFinite()) refuse({name_, 0, "clip " + reader.info(i).name}, "joint positions that are not finite, expected motion of finite numbers");
     floors.push_back(features::motegi_placement(positions).floor);
     encoded.push_back(features::encode_motegi(positions, header_.frame_rate_hz));
@@ -77,6 +81,7 @@ WindowDataset::WindowDataset(const std::string& path, std::int64_t length, std::
   digest_ = to_hex(digest.finish());
   sources_.assign(sources.begin(), sources.end());
   if (encoded.empty()) refuse({name_, 0, {}}, fmt::format("{} clips, none as long as a window of {} frames", reader.size(), length), "train on longer clips, or with a shorter --window");
+  natural_ = pose.rotations();
   std::nth_element(floors.begin(), floors.begin() + static_cast<std::ptrdiff_t>(floors.size() / 2), floors.end());
   floor_ = floors[floors.size() / 2];
   if (!like) {

@@ -46,6 +46,7 @@ class WindowDataset {
   std::int64_t length() const { return length_; }
   std::int64_t step() const { return step_; }  // frames from one window to the next
   const Reference& reference() const { return reference_; }
+  const std::vector<Quaternion>& natural() const { return natural_; }  // mean local rotations: for what positions do not tell (clip/position_fit.hpp)
   double floor_m() const { return floor_; }  // median over the clips of the lowest joint's height in the first frame: where joints rest above the ground
   const store::ArchiveHeader& header() const { return header_; }
   std::string contacts_rule() const;  // the archive's; "preset:default" where it has none that a generator could follow
@@ -64,6 +65,7 @@ class WindowDataset {
   std::vector<torch::Tensor> clips_;  // (T, 58)
   std::vector<Window> windows_;
   std::vector<std::string> sources_;
+  std::vector<Quaternion> natural_;
   std::int64_t length_ = 0, step_ = 0;
   std::size_t left_out_ = 0;
   double floor_ = 0;

@@ -20,7 +20,7 @@ namespace {
 class CaeVaeGenerator final : public Generator {
  public:
   CaeVaeGenerator(const store::ModelFile& file, const std::string& name)
-      : model_(cae_vae::read(file, name)), codec_(*model_.network), joints_(features::motegi_joints(*model_.reference.skeleton)), fitter_(model_.reference.skeleton, joints_), preset_(contact_preset(model_.contacts_rule.substr(7))) {}
+      : model_(cae_vae::read(file, name)), codec_(*model_.network, &model_.prior), plain_(*model_.network, nullptr), joints_(features::motegi_joints(*model_.reference.skeleton)), fitter_(model_.reference.skeleton, joints_, model_.natural), preset_(contact_preset(model_.contacts_rule.substr(7))) {}
 
   std::string kind() const override { return "cae-vae"; }
   const std::map<std::string, std::vector<std::string>>& vocabulary() const override { return vocabulary_; }
@@ -32,6 +32,7 @@ class CaeVaeGenerator final : public Generator {
   int latent_dimensions() const override { return model_.network->config().latent; }
 
   std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const override {
+    const cae_vae::Codec& codec = settings.standard_normal ? plain_ : codec_;
     std::vector<cae_vae::Latent> ends;
     for (const Clip& clip : settings.between) ends.push_back(codec_.encode(rows_of(clip, features::motegi_positions(clip)).data_ptr<float>()));
     std::vector<cae_vae::ClipRequest> requests;
@@ -43,12 +44,12 @@ class CaeVaeGenerator final : public Generator {
         for (std::size_t k = 0; k < z.size(); ++k) z[k] += static_cast<float>(*order.between) * (ends[1][k] - z[k]);
         requests.back().latent = std::move(z);
       } else if (order.axis) {
-        cae_vae::Latent z = codec_.draw(settings.seed, order.stream, settings.noise_scale);
+        cae_vae::Latent z = codec.draw(settings.seed, order.stream, settings.noise_scale);
         z.at(static_cast<std::size_t>(order.axis->axis - 1)) = static_cast<float>(Eigen::numext::ndtri(order.axis->quantile));
         requests.back().latent = std::move(z);
       }
     }
-    const auto rows = codec_.sample(requests, settings.noise_scale, settings.threads);
+    const auto rows = codec.sample(requests, settings.noise_scale, settings.threads);
     std::vector<Clip> clips(orders.size());
     std::vector<PositionFit> fits(settings.fit ? orders.size() : 0);
     parallel_for(orders.size(), settings.threads, [&](std::size_t i) {
@@ -69,7 +70,12 @@ class CaeVaeGenerator final : public Generator {
       const auto positions = features::motegi_positions(originals[i]);
       const torch::Tensor x = rows_of(originals[i], positions);
       clips[i] = without_frames(originals[i]);
-      Clip made = to_clip(codec_.reconstruct(x.data_ptr<float>(), frames).data(), frames, features::motegi_placement(positions), settings.fit ? &fits[i] : nullptr);
+      std::vector<float> rows;
+      if (settings.through == Through::positions)
+        rows.assign(x.data_ptr<float>(), x.data_ptr<float>() + x.numel());
+      else
+        rows = codec_.reconstruct(x.data_ptr<float>(), frames, settings.through == Through::both);
+      Clip made = to_clip(rows.data(), frames, features::motegi_placement(positions), settings.fit ? &fits[i] : nullptr);
       clips[i].rotations = std::move(made.rotations);
       clips[i].root_position = std::move(made.root_position);
       clips[i].contacts = std::move(made.contacts);
@@ -113,7 +119,7 @@ class CaeVaeGenerator final : public Generator {
   }
 
   cae_vae::Model model_;
-  cae_vae::Codec codec_;
+  cae_vae::Codec codec_, plain_;  // drawing from where the training data lie, from N(0, I)
   std::vector<int> joints_;
   PositionFitter fitter_;
   const ContactPreset& preset_;

@@ -40,6 +40,9 @@ struct FitReport {
   void add(const PositionFit& fit, const std::string& clip, const Skeleton& skeleton, const std::vector<int>& joints);
 };
 
+// How far into a generator with a latent space a clip goes before it comes back.
+enum class Through { positions, autoencoder, both };
+
 struct SampleSettings {
   std::uint64_t seed = 1;
   int threads = 1;
@@ -49,7 +52,9 @@ struct SampleSettings {
   bool estimate_state = true;       // find the hidden state before the first frame (Wang, Chai, Xia 2018, eq. 26) instead of 0
   double network_noise = 0;         // deviation of noise on the network's input, standardised (their 5.1)
   // For generators with a latent space.
+  bool standard_normal = false;    // draw latents from N(0, I) instead of from where the training data lie
   std::vector<Clip> between = {};  // two clips, of each the first window
+  Through through = Through::both;
   FitReport* fit = nullptr;        // where given, receives what models of positions lose to bones that keep their length
 };
 

@@ -117,7 +117,7 @@ void sampling(int pairs) {
     orders.push_back({fmt::format("m{}", i), {}, 120, i});
     requests.push_back({1, i, 120, {}});
   }
-  const cae_vae::Codec codec(model.network());
+  const cae_vae::Codec codec(model.network(), nullptr);
   for (const int threads : {1, kThreads}) {
     generators::SampleSettings settings;
     settings.threads = threads;

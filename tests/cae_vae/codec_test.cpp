@@ -48,7 +48,7 @@ TEST(CaeVaeDecoder, IsTheNetworksAndDoesNotLookAtOtherWindows) {
 }
 
 TEST(CaeVaeCodec, ClipsDependOnTheirStreamAlone) {
-  const Codec codec(network());
+  const Codec codec(network(), nullptr);
   std::vector<ClipRequest> requests;
   for (std::uint64_t i = 0; i < 70; ++i) requests.push_back({5, i, i % 3 == 0 ? 47 : 20 - static_cast<std::int64_t>(i % 2), {}});
   const auto clips = codec.sample(requests, 1, 1), again = codec.sample(requests, 1, 3);
@@ -64,7 +64,7 @@ TEST(CaeVaeCodec, ClipsDependOnTheirStreamAlone) {
 }
 
 TEST(CaeVaeCodec, LongMotionBeginsWithItsWindowAndHasNoSeams) {
-  const Codec codec(network());
+  const Codec codec(network(), nullptr);
   const auto window = codec.sample({{5, 3, 20, {}}}, 1, 1)[0], motion = codec.sample({{5, 3, 200, {}}}, 1, 1)[0];
   EXPECT_EQ(std::vector<float>(motion.begin(), motion.begin() + 10 * 58), std::vector<float>(window.begin(), window.begin() + 10 * 58));
   // Steps between frames are no larger where windows meet (every 10 frames) than within one.
@@ -81,7 +81,7 @@ TEST(CaeVaeCodec, LongMotionBeginsWithItsWindowAndHasNoSeams) {
 
 TEST(CaeVaeCodec, ReconstructsAnyLengthWindowByWindow) {
   const torch::NoGradGuard no_grad;
-  const Codec codec(network());
+  const Codec codec(network(), nullptr);
   Random random(1, 9);
   const Tensor x = nn::normal_tensor({53, 58}, random);
   const std::vector<float> back = codec.reconstruct(x.data_ptr<float>(), 53);
@@ -92,6 +92,8 @@ TEST(CaeVaeCodec, ReconstructsAnyLengthWindowByWindow) {
   EXPECT_EQ(rows(back, 50, 53), rows(alone(33), 17, 20));  // the last window ends with the motion
   EXPECT_EQ(codec.reconstruct(x.data_ptr<float>(), 20), alone(0));
   EXPECT_THROW((void)codec.reconstruct(x.data_ptr<float>(), 19), Error);
+  const Tensor first = network().cae->decode(network().cae->encode(x.narrow(0, 0, 20).unsqueeze(0))).contiguous();
+  EXPECT_EQ(codec.reconstruct(x.data_ptr<float>(), 20, false), std::vector<float>(first.data_ptr<float>(), first.data_ptr<float>() + first.numel()));
   const Tensor z = network().vae->posterior(network().standardised(network().cae->encode(x.narrow(0, 3, 20).unsqueeze(0)))).mean;
   const Latent latent = codec.encode(x.data_ptr<float>() + 3 * 58);
   for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(latent[k], z[0][static_cast<std::int64_t>(k)].item<float>(), 1e-5);

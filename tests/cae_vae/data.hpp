@@ -68,6 +68,8 @@ inline void train_steps(CaeVaeTraining& training, train::Optimizer& optimizer, s
 inline store::ModelFile model_file(CaeVaeTraining& training) {
   store::ModelFile file = training.describe();
   for (auto& [name, tensor] : train::to_stored(training.parameters())) file.weights[name] = std::move(tensor);
+  const int latent = training.network().config().latent;  // as if it had come to its end
+  file.weights.merge(stored(LatentPrior{Eigen::VectorXd::Ones(1), Eigen::MatrixXd::Zero(latent, 1), {Eigen::MatrixXd::Identity(latent, latent)}}));
   return file;
 }
 

@@ -175,6 +175,21 @@ TEST(CaeVaeTraining, WindowsAreShiftedWithinTheirClips) {
   EXPECT_EQ(shifts.size(), 6u);
 }
 
+TEST(CaeVaeTraining, APriorIsFittedAtTheEnd) {
+  TrainingConfig c = short_training();
+  c.epochs = c.vae_epochs = 1;
+  c.prior_components = 5;
+  CaeVaeTraining training(tiny(), c, *sample_data().set, nullptr);
+  const auto optimizer = training.optimizer();
+  train_steps(training, *optimizer, 0, training.steps() - 1);
+  training.updated({});
+  EXPECT_FALSE(training.describe().weights.contains("prior/mean"));
+  train_steps(training, *optimizer, training.steps() - 1, training.steps());
+  training.updated({});
+  const auto file = training.describe();
+  EXPECT_EQ(file.weights.at("prior/mean").shape, (std::vector<std::int64_t>{1, 4}));  // 18 windows are enough for one
+}
+
 TEST(CaeVaeTraining, SettingsThatCannotBeAreRefused) {
   const auto message = [](const std::function<void(TrainingConfig&)>& change) {
     TrainingConfig c = short_training();
@@ -222,6 +237,13 @@ TEST(CaeVaeModel, WhatIsNoSuchModelIsRefused) {
   EXPECT_NE(spoilt([](auto& f) { f.weights.erase("vae/decoder_0_bias"); }).find("m.h5"), std::string::npos);
   EXPECT_NE(spoilt([](auto& f) { f.weights.at("cae/encoder_weight").values[3] = std::nanf(""); }).find("m.h5"), std::string::npos);
   EXPECT_NE(spoilt([](auto& f) { f.weights.at("scale_deviation").values[3] = 0; }).find("scale_deviation"), std::string::npos);
+  EXPECT_EQ(model.natural.size(), 22u);
+  EXPECT_NE(spoilt([](auto& f) { f.weights.erase("natural"); }).find("m.h5:weights/natural"), std::string::npos);
+  EXPECT_NE(spoilt([](auto& f) { f.weights.at("natural").values[5] = 2; }).find("not unit"), std::string::npos);
+  EXPECT_NE(spoilt([](auto& f) { f.weights.erase("prior/mean"); }).find("m.h5:weights/prior/mean"), std::string::npos);
+  EXPECT_NE(spoilt([](auto& f) { f.weights.at("prior/weight").values[0] = 0.5F; }).find("add up to 0.5"), std::string::npos);
+  EXPECT_NE(spoilt([](auto& f) { f.weights.at("prior/root").values[0] = 0; }).find("a deviation of 0"), std::string::npos);
+  EXPECT_NE(spoilt([](auto& f) { f.weights.at("prior/weight").shape = {1, 1}; }).find("prior/weight"), std::string::npos);
   EXPECT_NE(spoilt([](auto& f) { f.mean.pop_back(); }).find("m.h5"), std::string::npos);
   EXPECT_NE(spoilt([](auto& f) { f.skeleton = mocap::testing::one_joint(); }).find("m.h5"), std::string::npos);
   EXPECT_NE(spoilt([](auto& f) { f.skeleton = nullptr; }).find("m.h5:skeleton"), std::string::npos);

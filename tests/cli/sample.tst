@@ -156,12 +156,15 @@
 0 . motion-info --check full v.h5
 0 true ./q 'all(np.allclose(p[0, :2], 0, atol=1e-6) and abs(2 * np.arctan2(q[0, 0, 3], q[0, 0, 0])) < 1e-5 and 0.5 < p[0, 2] < 1.2 for q, p in [a[0].clip(i) for i in range(5)])' v.h5
 0 true sample -q -m vae.h5 -n 70 -j 2 -o v70.h5 && ./q 'all(equal(a[0].clip(i), a[1].clip(i)) for i in range(5))' v.h5 v70.h5
+0 true sample -q -m vae.h5 -n 5 --prior normal -o normal.h5 && ./q 'not equal(a[0].clip(0), a[1].clip(0)) and a[0].length == [20] * 5' normal.h5 v.h5
+2 ~--prior,.expected.a.generator.with.a.latent.space sample -m m.h5 --prior normal -o x.h5
+2 ~mixture sample -m vae.h5 --prior uniform -o x.h5
 0 ~^sample:.joints.of.the.body.are.within.[0-9.]+.mm.of.what.the.model.made sample -m vae.h5 -n 2 -o told.h5
 0 true sample -q -m vae.h5 -n 3 --frames 75 -j 2 -o long.h5 && sample -q -m vae.h5 -n 3 --frames 75 -j 1 -f -o long1.h5 && cmp long.h5 long1.h5 && ./q 'a[0].length == [75] * 3 and np.allclose(a[0].clip(1)[1][:10], a[1].clip(1)[1][:10], atol=1e-6)' long.h5 v.h5
 0 true sample -q -m vae.h5 --latent-axis 3 -o axis.h5 && ./q 'len(a[0].names) == 9 and a[0].names[0] == "motion-0-axis-3-at-0.1" and a[0].names[8] == "motion-0-axis-3-at-0.9"' axis.h5
 0 true sample -q -m vae.h5 --latent-axis 3 -n 6 --quantiles 0.25:0.75:0.25 -o axis2.h5 && ./q 'a[0].names == ["motion-%d-axis-3-at-%g" % (i, x) for i in (0, 1) for x in (0.25, 0.5, 0.75)] and equal(a[0].clip(1), a[1].clip(4)) and not equal(a[0].clip(0), a[0].clip(1))' axis2.h5 axis.h5
-0 true sample -q -m vae.h5 -n 3 --noise-scale 0 -o mean.h5; sample -q -m vae.h5 --latent-axis 2 --quantiles 0.5 --noise-scale 0 -o median.h5 && ./q 'equal(a[0].clip(0), a[1].clip(0)) and equal(a[0].clip(0), a[0].clip(2))' mean.h5 median.h5
-0 true N=$(./q 'a[0].names[-1]' c.h5); sample -q -m vae.h5 --interpolate c.h5 c.h5:$N -n 5 -o between.h5 && sample -q -m vae.h5 --reconstruct c.h5 -o again.h5 && ./q 'len(a[0].names) == 5 and not equal(a[0].clip(1), a[0].clip(0)) and np.allclose(a[0].clip(0)[1][:10, 2], a[1].clip(0)[1][:10, 2], atol=2e-2) and a[1].names == a[2].names and a[1].length == a[2].length and a[1].attribute("action") == a[2].attribute("action")' between.h5 again.h5 c.h5
+0 true sample -q -m vae.h5 -n 3 --prior normal --noise-scale 0 -o mean.h5; sample -q -m vae.h5 --prior normal --latent-axis 2 --quantiles 0.5 --noise-scale 0 -o median.h5 && ./q 'equal(a[0].clip(0), a[1].clip(0)) and equal(a[0].clip(0), a[0].clip(2))' mean.h5 median.h5
+0 true N=$(./q 'a[0].names[-1]' c.h5); sample -q -m vae.h5 --interpolate c.h5 c.h5:$N -n 5 -o between.h5 && sample -q -m vae.h5 --reconstruct c.h5 -o again.h5 && ./q 'len(a[0].names) == 5 and not equal(a[0].clip(1), a[0].clip(0)) and np.allclose(a[0].clip(0)[1][:10, 2] - a[0].clip(0)[1][0, 2], a[1].clip(0)[1][:10, 2] - a[1].clip(0)[1][0, 2], atol=1e-4) and a[1].names == a[2].names and a[1].length == a[2].length and a[1].attribute("action") == a[2].attribute("action")' between.h5 again.h5 c.h5
 0 . motion-info --check full again.h5
 0 true sample -q -m vae.h5 --interpolate c.h5 c.h5 -o same.h5 && ./q 'len(a[0].names) == 9 and all(equal(a[0].clip(0), a[0].clip(i)) for i in range(9))' same.h5
 0 . sample -q -m vae.h5 -n 4 --frames 40 -o - | refine -q --pin-feet - -o - | render -q - -o vstrips.png && motion-export -q v.h5 --format bvh -o vbvh && bvh2npz -q vbvh/motion-0.bvh -o v.npz

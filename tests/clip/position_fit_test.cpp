@@ -170,6 +170,40 @@ TEST(PositionFit, LimbsPassThroughStraight) {
     for (std::size_t j = 0; j < 22; ++j) EXPECT_LT(geodesic_distance(fit.clip.frame(t)[j], fit.clip.frame(t - 1)[j]), 0.15) << fit.clip.skeleton->joint_names[j] << " " << t;
 }
 
+// What positions do not tell is that of a natural pose; where joints come to does not change.
+TEST(PositionFit, WhatIsNotSeenIsNatural) {
+  Clip clip = people(30, 6);
+  for (std::size_t t = 0; t < 30; ++t) {
+    for (const char* name : {"head", "left_wrist", "right_wrist", "left_foot"}) clip.frame(t)[static_cast<std::size_t>(clip.skeleton->find(name))] = about({0.2, 1, -0.4}, 0.6);
+    clip.frame(t)[static_cast<std::size_t>(clip.skeleton->find("left_elbow"))] = local(clip, t, "left_elbow") * about(Vector3::UnitY(), 0.5);
+  }
+  MeanPose pose;
+  pose.add(clip);
+  ASSERT_EQ(pose.rotations().size(), 22u);
+  const PositionFit plain = fitted(positions(clip)), fit = PositionFitter(canonical_body(), given(), pose.rotations())(positions(clip), 30);
+  EXPECT_NEAR(plain.mean_mm, fit.mean_mm, 1e-6);
+  double twist = 0;
+  for (std::size_t t = 0; t < 30; ++t) {
+    for (const char* name : {"head", "left_wrist", "right_wrist", "left_foot"}) EXPECT_LT(geodesic_distance(local(fit.clip, t, name), about({0.2, 1, -0.4}, 0.6)), 1e-6) << name;
+    EXPECT_LT(geodesic_distance(local(plain.clip, t, "head"), Quaternion::Identity()), 1e-6);
+    twist += geodesic_distance(local(fit.clip, t, "left_elbow"), local(clip, t, "left_elbow")) / 30;
+  }
+  EXPECT_LT(twist, 0.15);
+  EXPECT_THROW(PositionFitter(canonical_body(), given(), {Quaternion::Identity()}), Error);
+}
+
+// By hand: two turns about one axis, one of them written with the other sign.
+TEST(MeanPose, IsBetween) {
+  Posed posed;
+  posed.add({0, 0, 1}, {{"head", about(Vector3::UnitX(), 0.2)}});
+  posed.add({0, 0, 1}, {{"head", about(Vector3::UnitX(), 0.6)}});
+  posed.clip.frame(1)[static_cast<std::size_t>(posed.clip.skeleton->find("head"))].coeffs() *= -1;
+  MeanPose pose;
+  pose.add(posed.clip);
+  EXPECT_LT(geodesic_distance(pose.rotations()[static_cast<std::size_t>(posed.clip.skeleton->find("head"))], about(Vector3::UnitX(), 0.4)), 1e-9);
+  EXPECT_TRUE(MeanPose().rotations().empty());
+}
+
 TEST(PositionFit, EndsOutOfReachAreReachedFor) {
   Posed posed;
   posed.add({0, 0, 0.9}, {{"left_knee", about(Vector3::UnitY(), 0.5)}});
