@@ -40,6 +40,7 @@ class TrainVae final : public tools::TrainingTool {
     app.add_option("--overlap", overlap_, "frames that a window shares with the one before it (default: half of them)")->check(cli::whole(0, 4095, "FRAMES"));
     app.add_option("--filters", n_.filters, "of the autoencoder; an eighth of them, at least one, are the root's where they are separate")->check(cli::whole(2, 4096, "FILTERS"))->capture_default_str();
     app.add_option("--kernel", n_.kernel, "frames that a filter sees; odd")->check(cli::whole(1, 4095, "FRAMES"))->capture_default_str();
+    app.add_option("--upsampling", upsampling_, "of pooled frames: each twice, or linear between them")->check(cli::one_of({"nearest", "linear"}))->capture_default_str();
     app.add_option("--hidden", n_.hidden, "units of the hidden layers of the variational autoencoder")->check(cli::whole(1, 4096, "UNITS"))->capture_default_str();
     app.add_option("--latent", n_.latent, "dimensions of the latent space")->check(cli::whole(1, 4096, "DIMENSIONS"))->capture_default_str();
     app.add_option("--learning-rate", c_.learning_rate, "of Adam")->check(cli::positive("RATE"))->capture_default_str();
@@ -58,6 +59,7 @@ class TrainVae final : public tools::TrainingTool {
     c_.vae_epochs = vae_epochs_.value_or(c_.epochs);
     c_.overlap = overlap_.value_or(n_.window / 2);
     if (cae_vae::parse_root_filters(root_filters_) == cae_vae::RootFilters::separate) n_.root_filters = std::max(1, n_.filters / 8);
+    n_.upsampling = cae_vae::parse_upsampling(upsampling_);
     try {
       n_.validate();
     } catch (const Error& e) {
@@ -86,7 +88,7 @@ class TrainVae final : public tools::TrainingTool {
               data.name(), e.windows, e.autoencoder.pose_mm, e.both.pose_mm, e.mean_pose_mm, e.autoencoder.world_mm, e.both.world_mm);
   }
 
-  std::string validation_, root_filters_ = "shared", windows_ = "shifted";
+  std::string validation_, root_filters_ = "shared", windows_ = "shifted", upsampling_ = "linear";
   cae_vae::CaeVaeConfig n_;
   cae_vae::TrainingConfig c_;
   std::optional<std::int64_t> vae_epochs_, overlap_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "libmocap/base/error.hpp"
@@ -56,6 +55,7 @@ Decoder::Decoder(const Network& network) : config_(network.config()) {
 void Decoder::operator()(const float* z, std::int64_t count, float* x) const {
   const std::int64_t f = config_.filters, half = config_.window / 2, h = config_.hidden, window = config_.window, edge = config_.kernel / 2;
   std::vector<float> hidden(static_cast<std::size_t>(std::min(count, kPiece) * h)), features(static_cast<std::size_t>(std::min(count, kPiece) * f * half));
+  const bool linear = config_.upsampling == Upsampling::linear;
   std::vector<float> padded(static_cast<std::size_t>((window + 2 * edge) * f), 0.0F);
   for (std::int64_t begin = 0; begin < count; begin += kPiece) {
     const std::int64_t rows = std::min(kPiece, count - begin);
@@ -63,8 +63,12 @@ void Decoder::operator()(const float* z, std::int64_t count, float* x) const {
     for (std::int64_t i = 0; i < rows * h; ++i) hidden[static_cast<std::size_t>(i)] = std::max(0.0F, hidden[static_cast<std::size_t>(i)]);
     features_.forward(static_cast<int>(rows), {hidden.data(), h}, {features.data(), f * half});
     for (std::int64_t r = 0; r < rows; ++r) {
-      for (std::int64_t t = 0; t < window; ++t)
-        std::memcpy(padded.data() + (edge + t) * f, features.data() + (r * half + t / 2) * f, static_cast<std::size_t>(f) * sizeof(float));
+      const float* own = features.data() + r * half * f;
+      for (std::int64_t t = 0; t < window; ++t) {
+        const std::int64_t at = t / 2, other = std::clamp<std::int64_t>(t % 2 == 0 ? at - 1 : at + 1, 0, half - 1);
+        float* to = padded.data() + (edge + t) * f;
+        for (std::int64_t c = 0; c < f; ++c) to[c] = linear ? 0.75F * own[at * f + c] + 0.25F * own[other * f + c] : own[at * f + c];
+      }
       frames_.forward(static_cast<int>(window), {padded.data(), f}, {x + (begin + r) * window * kColumns, kColumns});
     }
   }

@@ -32,6 +32,14 @@ RootFilters parse_root_filters(const std::string& name) {
 
 std::string text(RootFilters filters) { return filters == RootFilters::shared ? "shared" : "separate"; }
 
+Upsampling parse_upsampling(const std::string& name) {
+  if (name == "nearest") return Upsampling::nearest;
+  if (name == "linear") return Upsampling::linear;
+  refuse_usage(fmt::format("upsampling '{}', expected nearest or linear", name));
+}
+
+std::string text(Upsampling upsampling) { return upsampling == Upsampling::nearest ? "nearest" : "linear"; }
+
 std::int64_t CaeVaeConfig::parameter_count() const {
   constexpr std::int64_t kColumns = features::kMotegiColumns, kRoot = features::kMotegiRootVelocities;
   const std::int64_t weights = root_filters == 0 ? std::int64_t{filters} * kColumns : std::int64_t{filters - root_filters} * (kColumns - kRoot) + std::int64_t{root_filters} * kRoot;
@@ -54,6 +62,7 @@ void CaeVaeConfig::validate() const {
 nlohmann::json to_json(const CaeVaeConfig& config) {
   nlohmann::json json;
   for_each_size(config, [&](const char* name, int value, int) { json[name] = value; });
+  json["upsampling"] = text(config.upsampling);
   return json;
 }
 
@@ -66,6 +75,8 @@ CaeVaeConfig config_from_json(const nlohmann::json& json) {
       refuse_config(fmt::format("{} is {}, expected a whole number in {}..{}", name, given.is_structured() ? given.type_name() : given.dump(), least, kMost));  // dump() recurses
     given.get_to(value);
   });
+  if (!json.contains("upsampling") || (json["upsampling"] != "nearest" && json["upsampling"] != "linear")) refuse_config("upsampling is neither \"nearest\" nor \"linear\"");
+  config.upsampling = parse_upsampling(json["upsampling"].get<std::string>());
   config.validate();
   return config;
 }

@@ -11,6 +11,11 @@ enum class RootFilters { shared, separate };
 RootFilters parse_root_filters(const std::string& name);  // Error(usage)
 std::string text(RootFilters filters);
 
+// Between the pooled frames: each twice, or on the straight line between its neighbours, which lie half and one and a half frames away.
+enum class Upsampling { nearest, linear };
+Upsampling parse_upsampling(const std::string& name);  // Error(usage)
+std::string text(Upsampling upsampling);
+
 struct CaeVaeConfig {
   int window = 120;       // frames; even, since pairs of frames are pooled
   int kernel = 15;        // frames that a filter sees; odd
@@ -18,6 +23,7 @@ struct CaeVaeConfig {
   int root_filters = 0;   // of them, those that see nothing but root velocities; 0: all see everything
   int hidden = 256;       // units of the hidden layer of encoder and decoder
   int latent = 32;        // dimensions of z
+  Upsampling upsampling = Upsampling::linear;
 
   int features() const { return filters * (window / 2); }  // values between the stages, 1,920 in the paper
   std::int64_t parameter_count() const;

@@ -46,7 +46,13 @@ Tensor Autoencoder::encode(const Tensor& x) const {
 }
 
 Tensor Autoencoder::decode(const Tensor& y) const {
-  const Tensor wide = y.unsqueeze(3).expand({-1, -1, -1, 2}).reshape({y.size(0), y.size(1), 2 * y.size(2)});
+  Tensor pairs = y.unsqueeze(3).expand({-1, -1, -1, 2});
+  if (config_.upsampling == Upsampling::linear) {
+    const std::int64_t n = y.size(2);
+    const Tensor before = torch::cat({y.narrow(2, 0, 1), y.narrow(2, 0, n - 1)}, 2), after = torch::cat({y.narrow(2, 1, n - 1), y.narrow(2, n - 1, 1)}, 2);
+    pairs = torch::stack({0.75 * y + 0.25 * before, 0.75 * y + 0.25 * after}, 3);
+  }
+  const Tensor wide = pairs.reshape({y.size(0), y.size(1), 2 * y.size(2)});
   const std::int64_t root = config_.root_filters, pose = config_.filters - root;
   Tensor x;
   if (root == 0)

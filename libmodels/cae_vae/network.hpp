@@ -10,6 +10,8 @@
 // The paper prints the KL divergence with the sign of its negative and multiplies eps by the variance; both are slips, the right ones are above (Kingma & Welling 2014, appendix B, 2.4).
 // The activation of the last layers "in the heat layer" is lost; they are linear here.
 //
+// How the paper upsamples it does not say. Twice the same leaves steps at 15 Hz that a filter of 15 frames does not smooth out: joints tremble (docs/results.md). Linear is the default.
+//
 // With root filters (section VI) the last `root_filters` filters see and make the three root velocities alone, the others the 55 numbers of the pose; the variational autoencoder joins them.
 //
 // The stages meet in units of their own: y is standardised by filter (mean and deviation over the training windows, constants of the model under /weights/scale), so that where the first stage

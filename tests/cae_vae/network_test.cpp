@@ -27,7 +27,8 @@ Tensor normal(at::IntArrayRef sizes, std::uint64_t stream = 1) {
 // Section III by loops: what conv1d, max_pool1d and the rest add up to.
 TEST(CaeVaeNetwork, EncodesAndDecodesAsThePaperSays) {
   const torch::NoGradGuard no_grad;
-  const CaeVaeConfig c = tiny();
+  CaeVaeConfig c = tiny();
+  c.upsampling = Upsampling::nearest;
   const Network network(c, 1);
   const Tensor x = normal({2, 20, 58}), y = network.cae->encode(x), back = network.cae->decode(y);
   ASSERT_EQ(y.sizes(), at::IntArrayRef({2, 8, 10}));
@@ -47,6 +48,23 @@ TEST(CaeVaeNetwork, EncodesAndDecodesAsThePaperSays) {
     for (const int t : {0, 7, 19}) EXPECT_NEAR(back[1][t][column].item<double>(), a[column].item<double>() + convolved(up, v, column, t), 1e-4);
 }
 
+// What is linear over the pooled frames is linear over all of them, but for the ends.
+TEST(CaeVaeNetwork, LinearUpsamplingLiesBetween) {
+  const torch::NoGradGuard no_grad;
+  CaeVaeConfig c = tiny();
+  c.kernel = 1;
+  const Network network(c, 1);
+  auto weights = network.cae->named_parameters();
+  weights["decoder_weight"].zero_();
+  weights["decoder_weight"][5][2][0] = 1;
+  Tensor y = torch::zeros({1, 8, 10});
+  for (int i = 0; i < 10; ++i) y[0][2][i] = 2 * i + 0.5;  // the middle of frames 2 i and 2 i + 1
+  const Tensor x = network.cae->decode(y);
+  for (int t = 1; t < 19; ++t) EXPECT_NEAR(x[0][t][5].item<double>(), t, 1e-5);
+  EXPECT_NEAR(x[0][0][5].item<double>(), 0.5, 1e-5);
+  EXPECT_NEAR(x[0][19][5].item<double>(), 18.5, 1e-5);
+}
+
 TEST(CaeVaeNetwork, SeparateFiltersKeepRootAndPoseApart) {
   const torch::NoGradGuard no_grad;
   const Network network(tiny(3), 1);
@@ -56,9 +74,12 @@ TEST(CaeVaeNetwork, SeparateFiltersKeepRootAndPoseApart) {
   EXPECT_TRUE(torch::equal(y.narrow(1, 0, 5), z.narrow(1, 0, 5)));
   EXPECT_FALSE(torch::equal(y.narrow(1, 5, 3), z.narrow(1, 5, 3)));
   const Tensor a = network.cae->decode(y), b = network.cae->decode(z);
+  CaeVaeConfig twice = tiny(3);
+  twice.upsampling = Upsampling::nearest;
+  const Network nearest(twice, 1);
   EXPECT_TRUE(torch::equal(a.narrow(2, 0, 55), b.narrow(2, 0, 55)));
   EXPECT_FALSE(torch::equal(a.narrow(2, 55, 3), b.narrow(2, 55, 3)));
-  EXPECT_TRUE(torch::allclose(torch::conv1d(y.repeat_interleave(2, 2), network.cae->decoder_kernel(), network.cae->decoder_bias(), 1, 2).transpose(1, 2), a, 1e-5, 1e-5));
+  EXPECT_TRUE(torch::allclose(torch::conv1d(y.repeat_interleave(2, 2), network.cae->decoder_kernel(), network.cae->decoder_bias(), 1, 2).transpose(1, 2), nearest.cae->decode(y), 1e-5, 1e-5));
 }
 
 TEST(CaeVaeNetwork, NamesAndCountsOfWeights) {
@@ -116,6 +137,7 @@ TEST(CaeVaeConfig, GoesThroughJsonAndRefusesWhatCannotBe) {
   EXPECT_NE(with("kernel", 21).find("within the window"), std::string::npos);
   EXPECT_NE(with("root_filters", 8).find("fewer than"), std::string::npos);
   EXPECT_NE(with("hidden", 0).find("hidden is 0"), std::string::npos);
+  EXPECT_NE(with("upsampling", "cubic").find("upsampling"), std::string::npos);
   EXPECT_NE(with("latent", 1e9).find("latent"), std::string::npos);
   EXPECT_NE(with("latent", nlohmann::json::array()).find("latent is array"), std::string::npos);
   EXPECT_NE(refusal([] { (void)config_from_json(nlohmann::json::object()); }).find("no window"), std::string::npos);
