@@ -5,16 +5,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
-#include "libmocap/base/sha256.hpp"
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
+#include "libmocap/formats/steering_commands.hpp"
 #include "libmocap/metrics/clip_figures.hpp"
 #include "libmocap/skeleton/forward_kinematics.hpp"
 #include "libmocap/store/archive.hpp"
@@ -26,61 +24,7 @@ namespace {
 
 using namespace mocap;
 
-constexpr std::size_t kMostLine = 4096;
 constexpr double kMostSeconds = 24 * 3600.0;
-
-// Commands in the order of their times, read no further than they are needed: a pipe may be alive.
-class CommandReader {
- public:
-  CommandReader(const std::string& path, std::string label, bool lenient) : label_(std::move(label)), lenient_(lenient), in_(path == "-" ? &std::cin : &file_) {
-    if (path == "-") return;
-    file_.open(path, std::ios::binary);
-    if (!file_) refuse({label_, 0, {}}, "the file cannot be opened");
-  }
-  // The next command, or nothing at the end of the input. Error(data) for a malformed line, or a warning.
-  std::optional<control::Command> next() {
-    std::string line;
-    while (read(line)) {
-      try {
-        if (auto command = control::parse_command(line, last_)) return last_ = command;
-      } catch (const Error& e) {
-        if (!lenient_) refuse({label_, number_, {}}, e.message());
-        log::warn("{}:{}: {}: skipped", label_, number_, e.message());
-        ++skipped_;
-      }
-    }
-    return std::nullopt;
-  }
-  std::size_t skipped() const { return skipped_; }
-  std::string sha256() { return to_hex(hash_.finish()); }
-
- private:
-  bool read(std::string& line) {
-    line.clear();
-    char c = 0;
-    while (in_->get(c) && c != '\n') {
-      if (line.size() == kMostLine) refuse({label_, number_ + 1, {}}, fmt::format("a line of more than {} bytes", kMostLine));
-      line += c;
-    }
-    if (!*in_ && line.empty()) {
-      if (in_->bad()) refuse({label_, 0, {}}, "reading failed");
-      return false;
-    }
-    ++number_;
-    hash_.update(line);
-    if (*in_) hash_.update("\n");
-    return true;
-  }
-
-  std::string label_;
-  bool lenient_;
-  std::ifstream file_;
-  std::istream* in_;
-  int number_ = 0;
-  std::size_t skipped_ = 0;
-  Sha256 hash_;
-  std::optional<control::Command> last_;
-};
 
 double percentile(std::vector<double> values, double share) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -158,7 +102,7 @@ class Steer final : public cli::Tool {
     } catch (const Error& e) {
       throw e.in_file(models.refiner ? control_.refiner() : control_.generator());
     }
-    CommandReader reader(input.path, input.path == "-" ? "<stdin>" : input.path, lenient_);
+    formats::SteeringCommandReader reader(input.path, lenient_);
     std::vector<control::Command> commands;
     auto ahead = reader.next();
     if (!ahead) refuse({input.path == "-" ? "<stdin>" : input.path, 0, {}}, "0 commands, expected at least one line of time, speed and heading");

@@ -1,9 +1,6 @@
 #include "libmodels/control/steering.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -16,33 +13,7 @@ namespace {
 
 constexpr double kHalfWindow = 0.25, kSpeedTolerance = 0.15, kSpeedShare = 0.1, kHeadingTolerance = 0.2;
 
-constexpr std::string_view kBetween = " \t,\r";
-
 }  // namespace
-
-std::optional<Command> parse_command(std::string_view line, const std::optional<Command>& last) {
-  std::vector<std::string_view> words;
-  for (std::size_t at = 0; (at = line.find_first_not_of(kBetween, at)) != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kBetween, at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = end;
-  }
-  if (words.empty() || words[0].starts_with('#')) return std::nullopt;
-  constexpr const char* kExpected = "expected time, speed and heading: seconds, m/s, degrees";
-  if (words.size() != 3) refuse({}, fmt::format("{} values, {}", words.size(), kExpected));
-  double values[3];
-  for (std::size_t i = 0; i < 3; ++i) {
-    std::string_view word = words[i];
-    if (word.starts_with('+')) word.remove_prefix(1);
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), values[i]);
-    if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(values[i])) refuse({}, fmt::format("'{}', {}", words[i], kExpected));
-  }
-  if (values[0] < 0) refuse({}, fmt::format("time {}, expected at least 0", words[0]));
-  if (values[1] < 0) refuse({}, fmt::format("speed {}, expected at least 0", words[1]));
-  if (std::abs(values[2]) > 1e6) refuse({}, fmt::format("heading {}, expected at most 1e6 degrees either way", words[2]));
-  if (last && values[0] < last->time) refuse({}, fmt::format("time {}, expected at least that of the command before, {:g}", words[0], last->time));
-  return Command{values[0], values[1], values[2] * std::numbers::pi / 180};
-}
 
 Steering::Steering(const MotionModel& model, const lstm_gmm::Sampler& sampler, Carried start, Terms terms, const SteeringSettings& settings, const PlanOptions& options)
     : terms_(std::move(terms)), settings_(settings), seconds_(static_cast<double>(options.window) / model.reference().frame_rate_hz), planner_(model, sampler, std::move(start), options) {}

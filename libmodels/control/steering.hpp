@@ -3,22 +3,14 @@
 // Window by window, the commands' speed is asked of the mean over the window (eq. 22) and their direction of its last frame (eq. 23), turned towards it by no more than the turn limit allows within the
 // window. A command counts from the first window on that begins at its time or later. Time is that of the motion: frame n is at n / rate.
 #pragma once
-#include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
+#include "libmocap/formats/steering_commands.hpp"
 #include "libmodels/control/planner.hpp"
 
 namespace mocap::control {
 
-struct Command {
-  double time = 0, speed = 0, heading = 0;  // s; m/s; rad counter-clockwise from +X
-};
-
-// "time speed heading", in seconds, m/s and degrees, by blanks, tabs or commas. Nothing for a blank line or a comment (#). Error(data) without a place: three finite numbers are expected, a speed of at least 0,
-// and no time before that of the command before, `last`.
-std::optional<Command> parse_command(std::string_view line, const std::optional<Command>& last);
+using Command = formats::SteeringCommand;
 
 struct SteeringSettings {
   double speed_sigma = 0.02, direction_sigma = 0.02;  // m/s, rad

@@ -14,40 +14,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-TEST(Commands, AreThreeNumbers) {
-  const auto c = parse_command(" 1.5\t+2 , -450\r", std::nullopt);
-  ASSERT_TRUE(c);
-  EXPECT_EQ(c->time, 1.5);
-  EXPECT_EQ(c->speed, 2);
-  EXPECT_NEAR(c->heading, -450 * kDegree, 1e-15);
-  for (const char* empty : {"", "  \t", "# 1 2 3", "\r"}) EXPECT_FALSE(parse_command(empty, std::nullopt)) << empty;
-}
-
-TEST(Commands, SayWhatIsWrong) {
-  const auto said = [](const char* line, std::optional<Command> last = std::nullopt) {
-    try {
-      (void)parse_command(line, last);
-    } catch (const Error& e) {
-      EXPECT_EQ(e.status(), Exit::data);
-      return std::string(e.message());
-    }
-    return std::string("nothing");
-  };
-  const std::string expected = "expected time, speed and heading: seconds, m/s, degrees";
-  EXPECT_EQ(said("1 2"), "2 values, " + expected);
-  EXPECT_EQ(said("1 2 3 4"), "4 values, " + expected);
-  EXPECT_EQ(said("1 fast 3"), "'fast', " + expected);
-  EXPECT_EQ(said("1 2 3x"), "'3x', " + expected);
-  EXPECT_EQ(said("nan 2 3"), "'nan', " + expected);
-  EXPECT_EQ(said("1 inf 3"), "'inf', " + expected);
-  EXPECT_EQ(said("1 ++2 3"), "'++2', " + expected);
-  EXPECT_EQ(said("-1 2 3"), "time -1, expected at least 0");
-  EXPECT_EQ(said("1 -2 3"), "speed -2, expected at least 0");
-  EXPECT_EQ(said("1 2 2e6"), "heading 2e6, expected at most 1e6 degrees either way");
-  EXPECT_EQ(said("1 2 3", Command{2.5, 0, 0}), "time 1, expected at least that of the command before, 2.5");
-  EXPECT_EQ(said("2.5 2 3", Command{2.5, 0, 0}), "nothing");
-}
-
 // A figure that goes at `speed` along `heading` from frame to frame, standing upright.
 Clip going(const std::vector<std::pair<double, double>>& steps) {
   Clip clip = mocap::testing::sample_clip("going", steps.size(), 1);
