@@ -26,7 +26,7 @@ struct TrainingConfig {
   bool shifted = true;
   double learning_rate = 1e-3, full_rate = 0.5, gradient_limit = 5;
   double kl_weight = 1, least_deviation = 0.3;  // of standardised features
-  int prior_components = 16;
+  int prior_components = 64;
   int shards = 2;
   std::uint64_t seed = 1;
 
