@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "libmocap/base/error.hpp"
 #include "libmocap/base/random.hpp"
 #include "libmocap/skeleton/canonical_body.hpp"
 #include "libmocap/store/archive.hpp"
