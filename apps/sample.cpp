@@ -9,6 +9,7 @@
 #include "libmocap/cli/tool.hpp"
 #include "libmocap/cli/validators.hpp"
 #include "libmocap/formats/attribute_schedule.hpp"
+#include "libmocap/metrics/position_error.hpp"
 #include "libmocap/metrics/stillness.hpp"
 #include "libmocap/store/archive.hpp"
 #include "libmodels/generators/generator.hpp"
@@ -241,9 +242,16 @@ class Sample final : public cli::Tool {
     const auto count = static_cast<std::size_t>(count_.value_or(static_cast<std::int64_t>(reader.size())));
     std::vector<Clip> portion;
     std::int64_t frames = 0;
+    double all_frames = 0, world = 0, pose = 0;
     const auto flush = [&] {
       try {
-        for (const Clip& clip : generator.reconstruct(portion, settings)) writer.add(clip);
+        const auto made = generator.reconstruct(portion, settings);
+        for (std::size_t i = 0; i < made.size(); ++i) {
+          writer.add(made[i]);
+          const auto error = metrics::position_error(made[i], portion[i]);
+          const auto n = static_cast<double>(made[i].frames());
+          all_frames += n, world += n * error.world_mm, pose += n * error.pose_mm;
+        }
       } catch (const Error& e) {
         throw e.status() == Exit::data ? e.in_file(reader.name()) : e;
       }
@@ -264,6 +272,7 @@ class Sample final : public cli::Tool {
     flush();
     if (done == 0) refuse({reader.name(), 0, {}}, fmt::format("{} clips, none as long as the model's window of {} frames", reader.size(), generator.default_frames()));
     writer.finish();
+    log::info("{} clips, {} frames: joints are within {:.1f} mm of the originals' in the world, {:.1f} mm seen from the root", done, all_frames, world / all_frames, pose / all_frames);
     if (short_ones > 0) log::warn("{}: {} clips shorter than the model's window of {} frames are left out", reader.name(), short_ones, generator.default_frames());
   }
 

@@ -4,7 +4,7 @@
     latent-axes.py MODEL.h5 [-n LATENTS] [--seed N] [--top N] [--bin DIR] [--axes 1,2,24] [--tsv FILE]
 
 For every axis `sample --latent-axis` makes LATENTS (32) rows of nine motions, element K of each drawn latent at the quantiles 0.1 to 0.9 of N(0, 1). Of each motion, means over its frames:
-  height   m, of hands, elbows, head, pelvis, knees and feet over the ground
+  height   m, of hands, elbows, head, pelvis and feet over the ground
   angle    degrees, between the bones at knees, elbows, hips (thigh and spine), shoulders (upper arm and spine): 0 straight for knees and elbows
   lean     degrees of the line from pelvis to neck from the vertical
   stance   m, between the feet on the ground
@@ -54,7 +54,7 @@ def measures(path):
     at = dict(zip(names, places))
     up = at["neck"] - at["pelvis"]
     out = {}
-    for name, joint in [("hand", "wrist"), ("elbow", "elbow"), ("knee", "knee"), ("foot", "foot")]:
+    for name, joint in [("hand", "wrist"), ("elbow", "elbow"), ("foot", "foot")]:
         for side in ("left", "right"):
             out[f"{side} {name} height m"] = at[f"{side}_{joint}"][:, 2]
     out["head height m"], out["pelvis height m"] = at["head"][:, 2], at["pelvis"][:, 2]

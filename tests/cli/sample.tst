@@ -167,6 +167,7 @@
 0 true N=$(./q 'a[0].names[-1]' c.h5); sample -q -m vae.h5 --interpolate c.h5 c.h5:$N -n 5 -o between.h5 && sample -q -m vae.h5 --reconstruct c.h5 -o again.h5 && ./q 'len(a[0].names) == 5 and not equal(a[0].clip(1), a[0].clip(0)) and np.allclose(a[0].clip(0)[1][:10, 2] - a[0].clip(0)[1][0, 2], a[1].clip(0)[1][:10, 2] - a[1].clip(0)[1][0, 2], atol=1e-4) and a[1].names == a[2].names and a[1].length == a[2].length and a[1].attribute("action") == a[2].attribute("action")' between.h5 again.h5 c.h5
 0 . motion-info --check full again.h5
 0 true sample -q -m vae.h5 --reconstruct c.h5 --through positions -o pos.h5; sample -q -m vae.h5 --reconstruct c.h5 --through autoencoder -o cae.h5; ./q '[round(float(np.abs(x.f["frames/root_position"][()] - a[3].f["frames/root_position"][()]).max()), 4) == 0 for x in a[:3]] == [True, False, False] and not equal(a[1].clip(0), a[2].clip(0))' pos.h5 cae.h5 again.h5 c.h5
+0 ~joints.are.within.[0-9.]+.mm.of.the.originals'.in.the.world,.[0-9.]+.mm.seen.from.the.root sample -m vae.h5 --reconstruct c.h5 -o told2.h5
 2 ~--through sample -m vae.h5 --through positions -o x.h5
 0 true sample -q -m vae.h5 --interpolate c.h5 c.h5 -o same.h5 && ./q 'len(a[0].names) == 9 and all(equal(a[0].clip(0), a[0].clip(i)) for i in range(9))' same.h5
 0 . sample -q -m vae.h5 -n 4 --frames 40 -o - | refine -q --pin-feet - -o - | render -q - -o vstrips.png && motion-export -q v.h5 --format bvh -o vbvh && bvh2npz -q vbvh/motion-0.bvh -o v.npz
