@@ -4,7 +4,7 @@ BUILD := build/$(PRESET)
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 
-.PHONY: all deps tools build test demo pipeline table2 refinement bench install docs clean
+.PHONY: all deps tools build test demo pipeline table2 refinement bench fuzz install docs clean
 all: build
 
 deps:
@@ -36,6 +36,12 @@ refinement: tools
 
 bench: build
 	scripts/bench.sh $(BUILD)
+
+# libFuzzer over every parser: needs clang and its runtime (apt-get install clang libclang-rt-14-dev)
+fuzz: deps
+	cmake --preset fuzz
+	cmake --build build/fuzz -j $(JOBS) --target fuzzers
+	scripts/fuzz.sh build/fuzz
 
 docs: tools
 	scripts/generate-docs.sh $(BUILD)/bin

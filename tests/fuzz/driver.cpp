@@ -127,12 +127,6 @@ std::string contents(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::string escaped(const std::string& word) {
-  std::string out;
-  for (const char c : word) out += c >= ' ' && c < 127 && c != '"' && c != '\\' ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-  return out;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -148,12 +142,7 @@ int main(int argc, char** argv) {
     else if (i + 1 < argc && argument == "--seed")
       seed = std::stoull(argv[++i]);
     else if (i + 1 < argc && argument == "--write-seeds") {
-      const std::filesystem::path folder = argv[++i];
-      std::filesystem::create_directories(folder);
-      int k = 0;
-      for (const auto& s : fuzz::seeds()) std::ofstream(folder / fmt::format("seed-{}", k++), std::ios::binary) << s;
-      std::ofstream dictionary(folder.string() + ".dict");
-      for (const auto& word : fuzz::words()) dictionary << '"' << escaped(word) << "\"\n";
+      fuzz::write_seeds(argv[++i]);
       return 0;
     } else if (std::filesystem::is_directory(argument)) {
       for (const auto& entry : std::filesystem::directory_iterator(argument)) files.push_back(entry.path());

@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -27,7 +28,21 @@ const std::filesystem::path& folder() {
   return f.path;
 }
 
+std::string escaped(const std::string& word) {
+  std::string out;
+  for (const char c : word) out += c >= ' ' && c < 127 && c != '"' && c != '\\' ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+  return out;
+}
+
 }  // namespace
+
+void write_seeds(const std::string& folder) {
+  std::filesystem::create_directories(folder);
+  int k = 0;
+  for (const auto& s : seeds()) std::ofstream(std::filesystem::path(folder) / fmt::format("seed-{}", k++), std::ios::binary) << s;
+  std::ofstream dictionary(folder + ".dict");
+  for (const auto& word : words()) dictionary << '"' << escaped(word) << "\"\n";
+}
 
 const std::string& as_file(std::string_view bytes) {
   static const std::string path = (folder() / "input").string();

@@ -1,12 +1,18 @@
-// Entry of libFuzzer (preset `fuzz`).
+// Entry of libFuzzer (preset `fuzz`); fuzz_NAME --write-seeds FOLDER as in driver.cpp.
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/log.hpp"
 #include "tests/fuzz/target.hpp"
 
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   mocap::log::start("fuzz", mocap::log::Level::error);
+  if (*argc == 3 && std::strcmp((*argv)[1], "--write-seeds") == 0) {
+    mocap::fuzz::write_seeds((*argv)[2]);
+    std::exit(0);
+  }
   return 0;
 }
 

@@ -27,4 +27,7 @@ const std::string& as_file(std::string_view bytes);
 // A path in a folder of this process, for what is written.
 std::string scratch(const std::string& name);
 
+// The seeds as files of a folder, the words as FOLDER.dict: what libFuzzer starts from.
+void write_seeds(const std::string& folder);
+
 }  // namespace mocap::fuzz
