@@ -82,7 +82,9 @@ TEST(Outliers, HeldValuesExactAndUnderNoise) {
       EXPECT_TRUE(held);
       // What hangs below it as well.
       for (int j = 0; j < body->joint_count(); ++j)
-        if (body->parents[static_cast<std::size_t>(j)] == 5) EXPECT_EQ(s.marks(45, j + 1), 1);
+        if (body->parents[static_cast<std::size_t>(j)] == 5) {
+          EXPECT_EQ(s.marks(45, j + 1), 1);
+        }
     }
 }
 

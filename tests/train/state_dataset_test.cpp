@@ -81,7 +81,9 @@ TEST(StateDataset, WindowsComeFromAnywhereAndShortClipsAreMasked) {
         }
     }
     EXPECT_TRUE(found);
-    if (real < 30) EXPECT_TRUE(torch::equal(batch.rows[29][b], batch.rows[real - 1][b]));
+    if (real < 30) {
+      EXPECT_TRUE(torch::equal(batch.rows[29][b], batch.rows[real - 1][b]));
+    }
   }
   // 1 + 1 + 9 + 18 + 27 places, each drawn about 7 times.
   int used = 0;
