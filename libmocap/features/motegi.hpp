@@ -12,7 +12,8 @@
 // Its floor is the lowest joint of the first frame, kept aside in the placement like place and heading: joints rest above the ground by the thickness of what is around them.
 // Its body has 19 joints that Fig. 1 names. Of the canonical 22 these are all but both collars and spine2: spine1 is rigid on the pelvis and with both hips tells how that is turned; what is left
 // out is found again between its neighbours (clip/position_fit.hpp).
-// Where v_f is steeper than 84 degrees - lying on the back or the face, or hips above shoulders - it says nothing of the heading: the last one that did goes on, before the first the first.
+// Where v_f is steeper than 84 degrees - lying on the back or the face, bent until the back is level - it says nothing of the heading: the last one that did goes on, before the first the first,
+// and 0 where there is none. Bent further, shoulders under hips, v_f points behind: the heading jumps by half a turn and back, in the paper as here.
 #pragma once
 #include <array>
 #include <string_view>
@@ -33,8 +34,9 @@ std::vector<int> motegi_joints(const Skeleton& skeleton);                 // the
 FeatureMatrix motegi_positions(const Clip& clip);
 
 struct MotegiPlacement {  // what the features leave out
-  double x = 0, y = 0, heading = 0, floor = 0;  // of a frame: the pelvis on the ground, radians from +X; height of the floor
+  double x = 0, y = 0, heading = 0, floor = 0;  // of a frame: the pelvis on the ground, radians from +X; height of its lowest joint (what is encoded has the floor of frame 0)
 };
+// Error(internal) for positions that have not 57 columns or not that frame.
 MotegiPlacement motegi_placement(const FeatureMatrix& positions, Eigen::Index frame = 0);
 
 // positions [T, 57] -> [T, 58]. Error(data) for another number of columns, no frames, a rate that is not above 0, and numbers that are not finite. Cost O(T).

@@ -108,7 +108,8 @@
 3 ~expected.a.denoiser denoise two.h5 -m l.h5 -o x.h5
 3 ~l\.h5:.*kind.'lstm-gmm',.expected ./dm two.h5 --refiner l.h5 -o x.h5
 3 ~absent\.h5 ./dm two.h5 --refiner absent.h5 -o x.h5
-3 ~normalization denoise two.h5 --method map -m lp.h5 --refiner f.h5 -o x.h5
+# a refiner that is standardised by other data than the generator
+0 . denoise -q two.h5 --method map -m lp.h5 --refiner f.h5 -o units.h5
 3 ~two\.h5:clip.*30.Hz,.expected.the.model's.60.Hz denoise two.h5 --method map -m l60.h5 -o x.h5
 3 ~fast\.h5:clip.*60.Hz,.expected.the.model's.30.Hz ./dm fast.h5 -o x.h5
 3 ~rig\.h5:clip.*another.skeleton ./dm rig.h5 -o x.h5
