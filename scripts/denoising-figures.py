@@ -20,17 +20,8 @@ import csv
 
 import h5py
 import numpy as np
+from motion_archive import joint_positions, product
 from scipy.signal import savgol_filter
-
-
-def rotate(q, v):
-    w, u = q[..., :1], q[..., 1:]
-    return v + 2 * np.cross(u, np.cross(u, v) + w * v)
-
-
-def product(a, b):
-    aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
-    return np.concatenate([aw * bw - (av * bv).sum(-1, keepdims=True), aw * bv + bw * av + np.cross(av, bv)], -1)
 
 
 class Archive:
@@ -44,11 +35,7 @@ class Archive:
         self.clips = {n: (rotations[s:s + k], positions[s:s + k]) for n, s, k in zip(names, f["clips/start"][()], f["clips/length"][()])}
 
     def positions(self, rotations, root):
-        world, out = [], []
-        for j, p in enumerate(self.parents):
-            world.append(rotations[:, j] if p < 0 else product(world[p], rotations[:, j]))
-            out.append(root if p < 0 else out[p] + rotate(world[p], np.broadcast_to(self.offsets[j], root.shape)))
-        return np.stack(out, 1)
+        return np.stack(joint_positions(self.parents, self.offsets, rotations, root), 1)
 
 
 def smoothed(clip, window):

@@ -22,18 +22,9 @@ import tempfile
 
 import h5py
 import numpy as np
+from motion_archive import joint_positions
 
 QUANTILES = "0.1:0.9:0.1"
-
-
-def rotate(q, v):
-    w, u = q[..., :1], q[..., 1:]
-    return v + 2 * np.cross(u, np.cross(u, v) + w * v)
-
-
-def product(a, b):
-    aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
-    return np.concatenate([aw * bw - (av * bv).sum(-1, keepdims=True), aw * bv + bw * av + np.cross(av, bv)], -1)
 
 
 def angle(a, b):
@@ -47,11 +38,7 @@ def measures(path):
         parents, offsets = f["skeleton/parents"][()], f["skeleton/rest_offsets"][()].astype(float)
         q, root, rate = f["frames/rotations"][()].astype(float), f["frames/root_position"][()].astype(float), float(f.attrs["frame_rate_hz"])
         lengths = f["clips/length"][()]
-    world, places = [], []
-    for j, p in enumerate(parents):
-        world.append(q[:, j] if p < 0 else product(world[p], q[:, j]))
-        places.append(root if p < 0 else places[p] + rotate(world[p], np.broadcast_to(offsets[j], root.shape)))
-    at = dict(zip(names, places))
+    at = dict(zip(names, joint_positions(parents, offsets, q, root)))
     up = at["neck"] - at["pelvis"]
     out = {}
     for name, joint in [("hand", "wrist"), ("elbow", "elbow"), ("foot", "foot")]:

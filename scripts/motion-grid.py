@@ -12,6 +12,7 @@ from xml.sax.saxutils import escape
 
 import h5py
 import numpy as np
+from motion_archive import joint_positions
 
 CELL_W, CELL_H, TEXT = 150, 92, 12
 COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}
@@ -20,16 +21,6 @@ COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}
 def fail(text, status=3):
     print(f"motion-grid.py: {text}", file=sys.stderr)
     sys.exit(status)
-
-
-def rotate(q, v):
-    w, u = q[..., :1], q[..., 1:]
-    return v + 2 * np.cross(u, np.cross(u, v) + w * v)
-
-
-def product(a, b):
-    aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
-    return np.concatenate([aw * bw - (av * bv).sum(-1, keepdims=True), aw * bv + bw * av + np.cross(av, bv)], -1)
 
 
 def main():
@@ -70,10 +61,7 @@ def main():
         if o.names:
             out.append(f'<text x="{x0 + 5}" y="{y0 + 10}" fill="black">{escape(name)}</text>')
         heading = 2 * np.arctan2(q[0, 0, 3], q[0, 0, 0])
-        world, places = [], []
-        for j, p in enumerate(parents):
-            world.append(q[:, j] if p < 0 else product(world[p], q[:, j]))
-            places.append(np.stack([0 * z, 0 * z, z], 1) if p < 0 else places[p] + rotate(world[p], np.broadcast_to(offsets[j], (len(z), 3))))
+        places = joint_positions(parents, offsets, q, np.stack([0 * z, 0 * z, z], 1))
         side = [np.cos(heading) * v[:, 0] + np.sin(heading) * v[:, 1] for v in places]
         for t in range(len(z)):
             at = lambda j: (x0 + (t + 0.5) * CELL_W / o.figures + scale * side[j][t], y0 + ground - scale * places[j][t, 2])
