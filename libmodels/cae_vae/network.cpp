@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "libmocap/features/motegi.hpp"
+#include "libmodels/nn/convolution.hpp"
 #include "libmodels/nn/mlp.hpp"
 
 namespace mocap::cae_vae {
@@ -33,35 +34,28 @@ Autoencoder::Autoencoder(const CaeVaeConfig& config, Random random) : config_(co
 }
 
 Tensor Autoencoder::encode(const Tensor& x) const {
-  const Tensor columns = x.transpose(1, 2);
   const std::int64_t root = config_.root_filters, pose = config_.filters - root;
-  Tensor y;
+  Tensor y;  // (B, T, F)
   if (root == 0)
-    y = torch::conv1d(columns.contiguous(), encoder_, encoder_bias_, 1, config_.kernel / 2);
+    y = nn::convolution(x, encoder_, encoder_bias_);
   else
-    y = torch::cat({torch::conv1d(columns.narrow(1, 0, kColumns - kRoot).contiguous(), encoder_, encoder_bias_.narrow(0, 0, pose), 1, config_.kernel / 2),
-                    torch::conv1d(columns.narrow(1, kColumns - kRoot, kRoot).contiguous(), encoder_root_, encoder_bias_.narrow(0, pose, root), 1, config_.kernel / 2)},
-                   1);
-  return torch::max_pool1d(torch::relu(y), 2);
+    y = torch::cat({nn::convolution(x.narrow(2, 0, kColumns - kRoot), encoder_, encoder_bias_.narrow(0, 0, pose)), nn::convolution(x.narrow(2, kColumns - kRoot, kRoot), encoder_root_, encoder_bias_.narrow(0, pose, root))}, 2);
+  const Tensor pairs = torch::relu(y).view({x.size(0), x.size(1) / 2, 2, config_.filters});
+  return torch::max(pairs.select(2, 0), pairs.select(2, 1)).transpose(1, 2);
 }
 
 Tensor Autoencoder::decode(const Tensor& y) const {
-  Tensor pairs = y.unsqueeze(3).expand({-1, -1, -1, 2});
+  const Tensor rows = y.transpose(1, 2);  // (B, T/2, F)
+  Tensor even = rows, odd = rows;
   if (config_.upsampling == Upsampling::linear) {
-    const std::int64_t n = y.size(2);
-    const Tensor before = torch::cat({y.narrow(2, 0, 1), y.narrow(2, 0, n - 1)}, 2), after = torch::cat({y.narrow(2, 1, n - 1), y.narrow(2, n - 1, 1)}, 2);
-    pairs = torch::stack({0.75 * y + 0.25 * before, 0.75 * y + 0.25 * after}, 3);
+    const std::int64_t n = rows.size(1);
+    even = 0.75 * rows + 0.25 * torch::cat({rows.narrow(1, 0, 1), rows.narrow(1, 0, n - 1)}, 1);
+    odd = 0.75 * rows + 0.25 * torch::cat({rows.narrow(1, 1, n - 1), rows.narrow(1, n - 1, 1)}, 1);
   }
-  const Tensor wide = pairs.reshape({y.size(0), y.size(1), 2 * y.size(2)});
+  const Tensor wide = torch::stack({even, odd}, 2).reshape({rows.size(0), 2 * rows.size(1), rows.size(2)});
   const std::int64_t root = config_.root_filters, pose = config_.filters - root;
-  Tensor x;
-  if (root == 0)
-    x = torch::conv1d(wide, decoder_, decoder_bias_, 1, config_.kernel / 2);
-  else
-    x = torch::cat({torch::conv1d(wide.narrow(1, 0, pose).contiguous(), decoder_, decoder_bias_.narrow(0, 0, kColumns - kRoot), 1, config_.kernel / 2),
-                    torch::conv1d(wide.narrow(1, pose, root).contiguous(), decoder_root_, decoder_bias_.narrow(0, kColumns - kRoot, kRoot), 1, config_.kernel / 2)},
-                   1);
-  return x.transpose(1, 2);
+  if (root == 0) return nn::convolution(wide, decoder_, decoder_bias_);
+  return torch::cat({nn::convolution(wide.narrow(2, 0, pose), decoder_, decoder_bias_.narrow(0, 0, kColumns - kRoot)), nn::convolution(wide.narrow(2, pose, root), decoder_root_, decoder_bias_.narrow(0, kColumns - kRoot, kRoot))}, 2);
 }
 
 Tensor Autoencoder::decoder_kernel() const {
