@@ -11,12 +11,39 @@
 #include "libmocap/skeleton/canonical_body.hpp"
 
 namespace mocap::formats {
+namespace {
+
+// TOML has letters beyond ASCII in quotes and comments alone. toml++ 3.3 takes others for something it calls unreachable, and then anything may happen (found by libFuzzer).
+void refuse_bare_letters(const std::string& text, const std::string& path) {
+  long line = 1;
+  for (std::size_t i = text.starts_with("\xef\xbb\xbf") ? 3 : 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line;
+    if (c == '#') {
+      while (i + 1 < text.size() && text[i + 1] != '\n') ++i;
+    } else if (c == '"' || c == '\'') {
+      const bool several_lines = text.compare(i, 3, std::string(3, c)) == 0;
+      const std::string end(several_lines ? 3 : 1, c);
+      for (i += end.size(); i < text.size() && text.compare(i, end.size(), end) != 0; ++i) {
+        if (text[i] == '\n') ++line;
+        if (text[i] == '\n' && !several_lines) break;
+        if (text[i] == '\\' && c == '"') ++i;
+      }
+      if (several_lines) i += 2;
+    } else if (static_cast<unsigned char>(c) >= 0x80) {
+      refuse({path, line, {}}, "a letter beyond ASCII outside of quotes, expected TOML");
+    }
+  }
+}
+
+}  // namespace
 
 JointMapFile read_joint_map(const std::string& path) {
   JointMapFile out;
   Digest digest{};
   const std::string text = read_file(path, std::size_t{1} << 24, &digest);
   out.sha256 = to_hex(digest);
+  refuse_bare_letters(text, path);
   toml::table document;
   try {
     document = toml::parse(text, path);

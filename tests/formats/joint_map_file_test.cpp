@@ -43,6 +43,15 @@ TEST_F(JointMapFileTest, ReadsTheTable) {
   EXPECT_NE(read("[joints]\n").sha256, map.sha256);
 }
 
+TEST_F(JointMapFileTest, LettersBeyondAsciiStandInQuotesAndComments) {
+  const JointMapFile map = read("\xef\xbb\xbf# H\xc3\xbc" "fte\n[joints]\nleft_hip = \"H\xc3\xbc" "fte \\\"links\\\"\" # \xc3\xa4\nright_hip = '''H\xc3\xbc" "fte\nrechts'''\nhead = \"\"\"\xc3\xa4\"\"\"\n");
+  EXPECT_EQ(map.joints.at("left_hip"), "H\xc3\xbc" "fte \"links\"");
+  EXPECT_EQ(map.joints.at("head"), "\xc3\xa4");
+  EXPECT_NE(refusal("[joints]\na\xc3\xa4" "b = \"x\"\n").find("map.toml:2: a letter beyond ASCII outside of quotes"), std::string::npos);
+  EXPECT_NE(refusal("[joints]\nhead = \"x\" \xc3\xa4\n").find("map.toml:2: a letter beyond"), std::string::npos);
+  EXPECT_NE(refusal("[joints]\nhead = '''\n\n'''\n\xe4").find("map.toml:5: a letter beyond"), std::string::npos);
+}
+
 TEST_F(JointMapFileTest, EachErrorHasItsLine) {
   const std::pair<const char*, const char*> cases[] = {
       {"[joints]\nleft_hip = Bone\n", "map.toml:2: "},
