@@ -100,11 +100,9 @@ class Sample final : public cli::Tool {
     read_starts(settings, inputs);
     settings.estimate_state = init_state_ == "estimate";
     settings.network_noise = network_noise_;
-    const bool walking = axis_.has_value() || !between_.empty(), latent = walking || !reconstruct_.empty();
-    if (latent && generator->latent_dimensions() == 0)
-      refuse_usage("--latent-axis, --interpolate and --reconstruct, expected a generator with a latent space (cae-vae); " + model_ + " holds a model of kind " + generator->kind());
+    if (generator->latent_dimensions() == 0 && (axis_ || !between_.empty() || !reconstruct_.empty() || prior_ != "mixture"))
+      refuse_usage("--latent-axis, --interpolate, --reconstruct and --prior, expected a generator with a latent space (cae-vae); " + model_ + " holds a model of kind " + generator->kind());
     if (axis_ && *axis_ > generator->latent_dimensions()) refuse_usage(fmt::format("--latent-axis {}, expected one of the model's {} axes, from 1", *axis_, generator->latent_dimensions()));
-    if (prior_ != "mixture" && generator->latent_dimensions() == 0) refuse_usage("--prior, expected a generator with a latent space (cae-vae); " + model_ + " holds a model of kind " + generator->kind());
     settings.standard_normal = prior_ == "normal";
     settings.through = through_ == "positions" ? generators::Through::positions : through_ == "autoencoder" ? generators::Through::autoencoder : generators::Through::both;
     generators::FitReport fit;

@@ -25,7 +25,8 @@ class TrainVae final : public tools::TrainingTool {
            "At the end what each stage loses is told in millimetres, of --val where it is given. Stop it and run the same line with --resume to continue to the same weights, bit for bit.";
   }
   std::vector<cli::Example> examples() const override {
-    return {{"train-vae train.h5 --val val.h5 -o vae.h5", "the paper's settings: 200 epochs of each stage"},
+    return {{"train-vae train.h5 --val val.h5 -o vae.h5", "the paper's sizes, 200 epochs of each stage"},
+            {"train-vae train.h5 --windows fixed --upsampling nearest --full-rate 1 --least-deviation 0 -o paper.h5", "without what was added to the paper; sample --prior normal goes with it"},
             {"train-vae train.h5 --root-filters separate -o separate.h5", "the authors' remedy for root motion that does not match the body"},
             {"train-vae train.h5 --window 60 --overlap 30 -o short.h5", "windows of two seconds, for shorter clips"}};
   }
@@ -47,7 +48,7 @@ class TrainVae final : public tools::TrainingTool {
     app.add_option("--full-rate", c_.full_rate, "share of each stage's epochs with the whole rate; from there on it falls linearly to 0 (1: never, as in the paper)")->check(cli::between(0, 1, "SHARE"))->capture_default_str();
     app.add_option("--gradient-limit", c_.gradient_limit, "of the norm of all derivatives together, for each root of a feature in the second stage")->check(cli::positive("NORM"))->capture_default_str();
     app.add_option("--kl-weight", c_.kl_weight, "factor on the KL divergence; above 1 latents lie closer to what is drawn from, and say less")->check(cli::non_negative("FACTOR"))->capture_default_str();
-    app.add_option("--windows", windows_, "fast: those of --overlap, as in the paper; shifted: each begins up to a step later, drawn anew every epoch")->check(cli::one_of({"shifted", "fast"}))->capture_default_str();
+    app.add_option("--windows", windows_, "fixed: those of --overlap, as in the paper; shifted: each begins up to a step later, drawn anew every epoch")->check(cli::one_of({"shifted", "fixed"}))->capture_default_str();
     app.add_option("--least-deviation", c_.least_deviation, "that a feature of the autoencoder can be told with, standardised; a floor keeps the second stage from knowing its windows by heart")->check(cli::non_negative("DEVIATION"))->capture_default_str();
     app.add_option("--prior-components", c_.prior_components, "Gaussians of the mixture that is fitted to where the training windows lie in the latent space, for `sample --prior mixture`")->check(cli::whole(1, 1024, "COMPONENTS"))->capture_default_str();
     add_loop_options(app);

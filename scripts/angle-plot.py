@@ -8,19 +8,14 @@ through zero. Clips are found by name in every archive (default: the first clip 
 Exit status 2: usage; 3: a file, clip or joint that is not there. Needs h5py, NumPy.
 """
 import argparse
-import sys
 from xml.sax.saxutils import escape
 
 import h5py
 import numpy as np
+from motion_archive import fail, write_lines
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 320, 56, 16, 34, 40
 STYLES = [("#999999", "1", "none"), ("#0072b2", "2", "none"), ("#d55e00", "1.5", "7 3"), ("#009e73", "1.5", "2 3"), ("#cc79a7", "1.5", "9 3 2 3")]
-
-
-def fail(text, status=3):
-    print(f"angle-plot.py: {text}", file=sys.stderr)
-    sys.exit(status)
 
 
 def read(path, clip, joint):
@@ -114,11 +109,7 @@ def main():
         if k == 0 and len(shown) > 1:
             out.append(f'<g fill="{colour}">' + "".join(f'<circle cx="{x(s):.1f}" cy="{y(v):.1f}" r="1.8"/>' for s, v in zip(t, a)) + "</g>")
     out.append("</svg>")
-    try:
-        with open(o.output, "w") as f:
-            f.write("\n".join(out) + "\n")
-    except OSError as e:
-        fail(f"{o.output}: {e.strerror}", 4)
+    write_lines(o.output, out)
 
 
 if __name__ == "__main__":

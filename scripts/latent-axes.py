@@ -22,7 +22,7 @@ import tempfile
 
 import h5py
 import numpy as np
-from motion_archive import joint_positions
+from motion_archive import fail, joint_positions
 
 QUANTILES = "0.1:0.9:0.1"
 
@@ -80,7 +80,7 @@ def main():
         with h5py.File(o.model) as f:
             latent = f["weights/vae/decoder_0_weight"].shape[1]
     except (OSError, KeyError):
-        sys.exit(f"latent-axes.py: {o.model}: no model of kind cae-vae, expected one that train-vae makes")
+        fail(f"{o.model}: no model of kind cae-vae, expected one that train-vae makes")
     axes = [int(a) for a in o.axes.split(",")] if o.axes else range(1, latent + 1)
     rows = []
     with tempfile.TemporaryDirectory() as folder:

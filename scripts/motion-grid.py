@@ -7,20 +7,14 @@ Figures are evenly spaced in time; seen from the side that the first frame of a 
 Exit status 2: usage; 3: no archive, or one without clips. Needs h5py, NumPy.
 """
 import argparse
-import sys
 from xml.sax.saxutils import escape
 
 import h5py
 import numpy as np
-from motion_archive import joint_positions
+from motion_archive import fail, joint_positions, write_lines
 
 CELL_W, CELL_H, TEXT = 150, 92, 12
 COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}
-
-
-def fail(text, status=3):
-    print(f"motion-grid.py: {text}", file=sys.stderr)
-    sys.exit(status)
 
 
 def main():
@@ -76,11 +70,7 @@ def main():
                 hx, hy = at(joints.index("head"))
                 out.append(f'<circle cx="{hx:.1f}" cy="{hy - 0.08 * scale:.1f}" r="{0.09 * scale:.1f}" fill="{COLOURS[""]}"/>')
     out.append("</svg>")
-    try:
-        with open(o.output, "w") as f:
-            f.write("\n".join(out) + "\n")
-    except OSError as e:
-        fail(f"{o.output}: {e.strerror}", 4)
+    write_lines(o.output, out)
 
 
 if __name__ == "__main__":

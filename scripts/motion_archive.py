@@ -1,5 +1,21 @@
-"""Motion archives for the scripts beside it: rotations as arrays, forward kinematics. Needs NumPy."""
+"""For the scripts beside it that read motion archives and draw them: one-line errors, rotations as arrays, forward kinematics. Needs NumPy."""
+import sys
+from pathlib import Path
+
 import numpy as np
+
+
+def fail(text, status=3):
+    """Exit status 2: usage; 3: something that is not there or not what it should be; 4: output that cannot be written."""
+    print(f"{Path(sys.argv[0]).name}: {text}", file=sys.stderr)
+    sys.exit(status)
+
+
+def write_lines(path, lines):
+    try:
+        Path(path).write_text("\n".join(lines) + "\n")
+    except OSError as e:
+        fail(f"{path}: {e.strerror}", 4)
 
 
 def rotate(q, v):

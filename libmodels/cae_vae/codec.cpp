@@ -47,9 +47,7 @@ Decoder::Decoder(const Network& network) : config_(network.config()) {
   const Tensor weight = (by_frame(vae.decoder_weight[1]) * deviation).transpose(0, 1).contiguous();
   const Tensor bias = (by_frame(vae.decoder_bias[1]) * deviation + mean).transpose(0, 1).contiguous();
   features_.pack(weight.data_ptr<float>(), h, static_cast<int>(f * half), config_.hidden, bias.data_ptr<float>(), false);
-  // Row-major frames one after the other are the rows of the convolution's product already: `kernel` of them, overlapping.
-  const Tensor kernel = network.cae->decoder_kernel().transpose(1, 2).contiguous();  // (58, K, F)
-  frames_.pack(kernel.data_ptr<float>(), f * config_.kernel, static_cast<int>(kColumns), static_cast<int>(f) * config_.kernel, network.cae->decoder_bias().data_ptr<float>(), false);
+  frames_.pack(network.cae->decoder_kernel(), network.cae->decoder_bias());
 }
 
 void Decoder::operator()(const float* z, std::int64_t count, float* x) const {
@@ -69,7 +67,7 @@ void Decoder::operator()(const float* z, std::int64_t count, float* x) const {
         float* to = padded.data() + (edge + t) * f;
         for (std::int64_t c = 0; c < f; ++c) to[c] = linear ? 0.75F * own[at * f + c] + 0.25F * own[other * f + c] : own[at * f + c];
       }
-      frames_.forward(static_cast<int>(window), {padded.data(), f}, {x + (begin + r) * window * kColumns, kColumns});
+      frames_.forward(window, padded.data(), x + (begin + r) * window * kColumns);
     }
   }
 }
@@ -86,20 +84,20 @@ std::vector<float> Codec::through_autoencoder(const float* x) const {
   return {y.data_ptr<float>(), y.data_ptr<float>() + y.numel()};
 }
 
-Latent Codec::draw(Random& random, double scale) const {
+Latent Codec::draw(Random& random, const Drawing& drawing) const {
   Latent z(static_cast<std::size_t>(network_.config().latent));
-  if (prior_) {
-    const Eigen::VectorXd drawn = prior_->draw(random, scale);
+  if (drawing.prior) {
+    const Eigen::VectorXd drawn = drawing.prior->draw(random, drawing.scale);
     std::copy(drawn.begin(), drawn.end(), z.begin());
     return z;
   }
-  for (float& v : z) v = static_cast<float>(scale * random.normal());
+  for (float& v : z) v = static_cast<float>(drawing.scale * random.normal());
   return z;
 }
 
-Latent Codec::draw(std::uint64_t seed, std::uint64_t stream, double scale) const {
+Latent Codec::draw(std::uint64_t seed, std::uint64_t stream, const Drawing& drawing) const {
   Random random(seed, stream_of(kLatent, stream));
-  return draw(random, scale);
+  return draw(random, drawing);
 }
 
 std::vector<float> Codec::decode(const Latent& z) const {
@@ -108,16 +106,16 @@ std::vector<float> Codec::decode(const Latent& z) const {
   return x;
 }
 
-std::vector<float> Codec::long_motion(const ClipRequest& request, double scale) const {
+std::vector<float> Codec::long_motion(const ClipRequest& request, const Drawing& drawing) const {
   const std::int64_t window = network_.config().window, overlap = window / 2, latent = network_.config().latent;
   const auto shared = static_cast<std::size_t>(overlap * kColumns), size = static_cast<std::size_t>(window * kColumns);
   Random random(request.seed, stream_of(kLatent, request.stream));
-  const Latent drawn = draw(random, scale);
+  const Latent drawn = draw(random, drawing);
   std::vector<float> motion = decode(request.latent.value_or(drawn));
   std::vector<float> z(static_cast<std::size_t>(kCandidates * latent)), x(static_cast<std::size_t>(kCandidates) * size);
   while (motion.size() < static_cast<std::size_t>(request.frames * kColumns)) {
     for (int k = 0; k < kCandidates; ++k) {
-      const Latent candidate = draw(random, scale);
+      const Latent candidate = draw(random, drawing);
       std::copy(candidate.begin(), candidate.end(), z.begin() + k * latent);
     }
     decoder_(z.data(), kCandidates, x.data());
@@ -140,33 +138,33 @@ std::vector<float> Codec::long_motion(const ClipRequest& request, double scale) 
   return motion;
 }
 
-std::vector<std::vector<float>> Codec::sample(const std::vector<ClipRequest>& requests, double scale, int threads) const {
+std::vector<std::vector<float>> Codec::sample(const std::vector<ClipRequest>& requests, const Drawing& drawing, int threads) const {
   const std::int64_t window = network_.config().window, latent = network_.config().latent;
   std::vector<std::vector<float>> out(requests.size());
-  const auto count = static_cast<std::int64_t>(requests.size());
-  parallel_for(static_cast<std::size_t>((count + kPiece - 1) / kPiece), threads, [&](std::size_t piece) {
+  std::vector<std::size_t> single, longer;  // single: a window is enough
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    if (requests[i].latent && static_cast<std::int64_t>(requests[i].latent->size()) != latent) throw Error(Exit::internal, {}, "cae-vae: a latent of another size than the network's");
+    (requests[i].frames <= window ? single : longer).push_back(i);
+  }
+  constexpr auto kAtOnce = static_cast<std::size_t>(kPiece);
+  parallel_for((single.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t piece) {
     nn::initialize_worker_thread();
-    const std::int64_t begin = static_cast<std::int64_t>(piece) * kPiece, rows = std::min(kPiece, count - begin);
-    std::vector<float> z, x(static_cast<std::size_t>(rows * window * kColumns));
-    for (std::int64_t r = 0; r < rows; ++r) {
-      const ClipRequest& request = requests[static_cast<std::size_t>(begin + r)];
-      if (request.latent && static_cast<std::int64_t>(request.latent->size()) != latent) throw Error(Exit::internal, {}, "cae-vae: a latent of another size than the network's");
-      const Latent drawn = request.latent ? *request.latent : draw(request.seed, request.stream, scale);
-      z.insert(z.end(), drawn.begin(), drawn.end());
+    const std::size_t begin = piece * kAtOnce, rows = std::min(kAtOnce, single.size() - begin), size = static_cast<std::size_t>(window * kColumns);
+    std::vector<float> z, x(rows * size);
+    for (std::size_t r = 0; r < rows; ++r) {
+      const ClipRequest& request = requests[single[begin + r]];
+      const Latent own = request.latent ? *request.latent : draw(request.seed, request.stream, drawing);
+      z.insert(z.end(), own.begin(), own.end());
     }
-    decoder_(z.data(), rows, x.data());
-    for (std::int64_t r = 0; r < rows; ++r) {
-      const ClipRequest& request = requests[static_cast<std::size_t>(begin + r)];
-      const float* first = x.data() + r * window * kColumns;
-      if (request.frames <= window) out[static_cast<std::size_t>(begin + r)].assign(first, first + request.frames * kColumns);
+    decoder_(z.data(), static_cast<std::int64_t>(rows), x.data());
+    for (std::size_t r = 0; r < rows; ++r) {
+      const auto first = x.begin() + static_cast<std::ptrdiff_t>(r * size);
+      out[single[begin + r]].assign(first, first + requests[single[begin + r]].frames * kColumns);
     }
   });
-  std::vector<std::size_t> longer;
-  for (std::size_t i = 0; i < requests.size(); ++i)
-    if (requests[i].frames > window) longer.push_back(i);
   parallel_for(longer.size(), threads, [&](std::size_t i) {
     nn::initialize_worker_thread();
-    out[longer[i]] = long_motion(requests[longer[i]], scale);
+    out[longer[i]] = long_motion(requests[longer[i]], drawing);
   });
   return out;
 }

@@ -14,6 +14,7 @@
 #include "libmocap/base/random.hpp"
 #include "libmodels/cae_vae/latent_prior.hpp"
 #include "libmodels/cae_vae/network.hpp"
+#include "libmodels/nn/convolution.hpp"
 #include "libmodels/nn/layers.hpp"
 
 namespace mocap::cae_vae {
@@ -21,6 +22,12 @@ namespace mocap::cae_vae {
 inline constexpr int kCandidates = 64;
 
 using Latent = std::vector<float>;
+
+// What latents are drawn from: N(0, scale^2 I), or a prior with its deviations times scale.
+struct Drawing {
+  const LatentPrior* prior = nullptr;
+  double scale = 1;
+};
 
 struct ClipRequest {
   std::uint64_t seed = 1, stream = 0;  // of everything random: equal pairs give equal clips, alone or in company
@@ -38,33 +45,31 @@ class Decoder {
 
  private:
   CaeVaeConfig config_;
-  nn::PackedLinear<float> hidden_, features_, frames_;  // features_: frame by frame, in the first stage's own units
+  nn::PackedLinear<float> hidden_, features_;  // features_: frame by frame, in the first stage's own units
+  nn::PackedConvolution<float> frames_;
 };
 
 class Codec {
  public:
-  // Both must outlive it. `prior` null: z ~ N(0, I).
-  Codec(const Network& network, const LatentPrior* prior) : network_(network), prior_(prior), decoder_(network) {}
-  const Decoder& decoder() const { return decoder_; }
+  explicit Codec(const Network& network) : network_(network), decoder_(network) {}  // which must outlive it
 
   // Means of q(z | y) of a window (window, 58): its place in the latent space.
   Latent encode(const float* x) const;
   // What a clip of (seed, stream) begins with.
-  Latent draw(std::uint64_t seed, std::uint64_t stream, double scale) const;
-  // (frames, 58) each. `scale`: factor on the draws, 1 samples the model. Depends on the requests alone, not on `threads`.
-  std::vector<std::vector<float>> sample(const std::vector<ClipRequest>& requests, double scale, int threads) const;
+  Latent draw(std::uint64_t seed, std::uint64_t stream, const Drawing& drawing) const;
+  // (frames, 58) each. Depends on requests and drawing alone, not on `threads`.
+  std::vector<std::vector<float>> sample(const std::vector<ClipRequest>& requests, const Drawing& drawing, int threads) const;
   // Any motion of at least a window (frames, 58), window by window through the latent space, overlapping by half and blended; the last window ends with the motion.
   // Without `latent` through the first stage alone.
   std::vector<float> reconstruct(const float* x, std::int64_t frames, bool latent = true) const;
 
  private:
-  Latent draw(Random& random, double scale) const;
+  Latent draw(Random& random, const Drawing& drawing) const;
   std::vector<float> decode(const Latent& z) const;
   std::vector<float> through_autoencoder(const float* x) const;
-  std::vector<float> long_motion(const ClipRequest& request, double scale) const;
+  std::vector<float> long_motion(const ClipRequest& request, const Drawing& drawing) const;
 
   const Network& network_;
-  const LatentPrior* prior_;
   Decoder decoder_;
 };
 

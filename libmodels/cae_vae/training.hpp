@@ -3,10 +3,10 @@
 //   autoencoder              E = mean |x - Phi'(Phi(x))|^2                                          over windows, frames and columns, standardised
 //   variational autoencoder  E = mean over windows of -log p(y | z) + beta KL(q(z | y) || p(z)),  z drawn from q      beta 1
 // Adam, 0.001 (the paper gives no rate), batches of 100 windows, 200 epochs each. An epoch takes every window once, in an order of its own; the last batch is filled up from the epoch's beginning.
-// The paper's windows stand fast. Here each may begin up to a window's step later (`shifted`), drawn anew every epoch: with a few hundred clips the second stage knows fast windows by heart soon.
+// The paper's windows are fixed. Here each may begin up to a window's step later (`shifted`), drawn anew every epoch: with a few hundred clips the second stage knows fixed windows by heart soon.
+// For the same reason deviations of p(y | z) are at least `least_deviation`.
 // Rates fall linearly to 0 from `full_rate` of each stage on, and the norm of the gradient is kept under `gradient_limit` (of the second stage: times the root of the number of features, over
 // which its loss is a sum).
-// For the same reason deviations of p(y | z) are at least `least_deviation`.
 // At the end a mixture is fitted to where the training windows lie in the latent space (latent_prior.hpp).
 // Between the stages mean and deviation of every filter over all training windows become constants of the model. Each stage has its own count of Adam's steps.
 #pragma once
@@ -22,7 +22,7 @@
 namespace mocap::cae_vae {
 
 struct TrainingConfig {
-  std::int64_t epochs = 200, vae_epochs = 200, batch = 100, overlap = 60;  // overlap: frames that windows share, kept for who asks
+  std::int64_t epochs = 200, vae_epochs = 200, batch = 100, overlap = 60;  // overlap: frames that windows share; the data set was cut by it
   bool shifted = true;
   double learning_rate = 1e-3, full_rate = 0.5, gradient_limit = 5;
   double kl_weight = 1, least_deviation = 0.3;  // of standardised features

@@ -19,12 +19,6 @@ constexpr double kLeastMetres = 1e-3, kLeastVelocity = 1e-2;
 
 }  // namespace
 
-void check_alike(const Skeleton& skeleton, double frame_rate_hz, const Reference& reference, const Where& where, const std::string& of) {
-  if (!skeleton.same_as(*reference.skeleton, 1e-5)) refuse(where, "another skeleton than " + of, "canonicalize brings motion to one body");
-  if (std::abs(frame_rate_hz - reference.frame_rate_hz) > 1e-9 * reference.frame_rate_hz)
-    refuse(where, fmt::format("{} Hz, expected {} Hz as {}", frame_rate_hz, reference.frame_rate_hz, of), "canonicalize --fps brings motion to one rate");
-}
-
 torch::Tensor standardised(const FeatureMatrix& x, const Reference& reference) {
   torch::Tensor out = torch::empty({x.rows(), kColumns}, torch::kFloat32);
   float* p = out.data_ptr<float>();
@@ -54,7 +48,7 @@ WindowDataset::WindowDataset(const std::string& path, std::int64_t length, std::
     throw e.in_file(name_);
   }
   if (like) {
-    check_alike(*header_.skeleton, header_.frame_rate_hz, *like, {name_, 0, "skeleton"}, "the training data's");
+    train::check_alike(*header_.skeleton, header_.frame_rate_hz, *like, {name_, 0, {}}, "the training data");
     reference_ = *like;
   }
   Sha256 digest;

@@ -11,18 +11,12 @@
 #include "libmocap/base/random.hpp"
 #include "libmocap/features/motegi.hpp"
 #include "libmocap/store/archive.hpp"
+#include "libmodels/train/reference.hpp"
 
 namespace mocap::cae_vae {
 
-// What two data sets of one model have in common.
-struct Reference {
-  std::shared_ptr<const Skeleton> skeleton;
-  double frame_rate_hz = 30;
-  std::vector<float> mean, deviation;  // of the 58 columns
-};
+using train::Reference;
 
-// Error(data) where skeleton or rate of a clip are not the reference's; `of`: whose these are ("the model's").
-void check_alike(const Skeleton& skeleton, double frame_rate_hz, const Reference& reference, const Where& where, const std::string& of);
 torch::Tensor standardised(const features::FeatureMatrix& x, const Reference& reference);            // (T, 58) float32
 features::FeatureMatrix restored(const float* rows, std::int64_t frames, const Reference& reference);  // and back
 

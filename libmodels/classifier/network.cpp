@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libmocap/base/error.hpp"
+#include "libmodels/nn/convolution.hpp"
 #include "libmodels/nn/mlp.hpp"
 
 namespace mocap::classifier {
@@ -15,10 +16,10 @@ constexpr int kMost = 1024;
 
 features::MotionCellLayout layout_of(int joints) { return {joints, features::RotationRepresentation::quaternion}; }
 
-// (B, 1, T) 1 where a frame is real.
+// (B, T, 1) 1 where a frame is real.
 torch::Tensor mask_of(const std::vector<std::int64_t>& lengths, std::int64_t frames) {
-  torch::Tensor mask = torch::zeros({static_cast<std::int64_t>(lengths.size()), 1, frames}, torch::kFloat32);
-  for (std::size_t b = 0; b < lengths.size(); ++b) mask[static_cast<std::int64_t>(b)].narrow(1, 0, lengths[b]).fill_(1);
+  torch::Tensor mask = torch::zeros({static_cast<std::int64_t>(lengths.size()), frames, 1}, torch::kFloat32);
+  for (std::size_t b = 0; b < lengths.size(); ++b) mask[static_cast<std::int64_t>(b)].narrow(0, 0, lengths[b]).fill_(1);
   return mask;
 }
 
@@ -85,16 +86,16 @@ Network::Network(const NetworkConfig& config, Random& random) : config_(config) 
 std::vector<torch::Tensor> Network::layers(const torch::Tensor& x, const std::vector<std::int64_t>& lengths) const {
   std::vector<torch::Tensor> all;
   std::vector<std::int64_t> real = lengths;
-  torch::Tensor mask = mask_of(real, x.size(1)), y = x.transpose(1, 2) * mask;
+  torch::Tensor mask = mask_of(real, x.size(1)), y = x * mask;
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     const std::int64_t stride = config_.strides[i];
-    y = torch::relu(torch::conv1d(y, weights_[i], biases_[i], stride, config_.kernel / 2));
+    y = torch::relu(nn::convolution(y, weights_[i], biases_[i], config_.strides[i]));
     for (auto& n : real) n = (n + stride - 1) / stride;
-    mask = mask_of(real, y.size(2));
+    mask = mask_of(real, y.size(1));
     y = y * mask;
-    all.push_back(y);
+    all.push_back(y.transpose(1, 2));
   }
-  all.push_back(y.sum(2) / mask.sum(2));
+  all.push_back(y.sum(1) / mask.sum(1));
   return all;
 }
 

@@ -61,7 +61,7 @@ class MotionModel {
   // Both models are kept by reference; `refiner` null: none. `point`: joint to follow, -1 the root. Error(data) where the refiner's skeleton or rate are others, and for a body without feet. `number`: kFloat, or kDouble for checks.
   MotionModel(const lstm_gmm::Model& generator, const refiner::Model* refiner, int point = -1, torch::Dtype number = torch::kFloat);
 
-  const train::StateReference& reference() const { return generator_.reference; }
+  const train::Reference& reference() const { return generator_.reference; }
   const lstm_gmm::Model& generator() const { return generator_; }
   torch::Dtype number() const { return number_; }
   int columns() const { return static_cast<int>(generator_.reference.mean.size()); }

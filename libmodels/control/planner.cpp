@@ -72,7 +72,7 @@ Carried best_start(const MotionModel& model, const lstm_gmm::Sampler& sampler, c
   return best;
 }
 
-Shown::Shown(const train::StateReference& reference, const Carried& start) : reference_(reference), decode_(reference.skeleton, reference.frame_rate_hz, {start.heading, {start.x, start.y}}) { add(start.shown.to(torch::kFloat).unsqueeze(0)); }
+Shown::Shown(const train::Reference& reference, const Carried& start) : reference_(reference), decode_(reference.skeleton, reference.frame_rate_hz, {start.heading, {start.x, start.y}}) { add(start.shown.to(torch::kFloat).unsqueeze(0)); }
 
 void Shown::add(const Tensor& rows) {
   const Tensor r = rows.contiguous();

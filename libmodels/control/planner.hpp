@@ -46,12 +46,12 @@ Carried best_start(const MotionModel& model, const lstm_gmm::Sampler& sampler, c
 // The frames of a motion, put together piece by piece into a clip.
 class Shown {
  public:
-  Shown(const train::StateReference& reference, const Carried& start);  // with the start's frame
+  Shown(const train::Reference& reference, const Carried& start);  // with the start's frame
   void add(const torch::Tensor& rows);                                  // (F, D + 2)
   Clip piece();                                                         // the frames since the last piece, with contacts
 
  private:
-  const train::StateReference& reference_;
+  const train::Reference& reference_;
   features::StateDecoder decode_;
   std::vector<float> rows_;
 };

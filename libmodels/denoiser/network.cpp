@@ -6,6 +6,7 @@
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/features/motion_cell.hpp"
+#include "libmodels/nn/convolution.hpp"
 
 namespace mocap::denoiser {
 namespace {
@@ -56,12 +57,12 @@ Network::Network(const NetworkConfig& config) : config_(config) {
 }
 
 torch::Tensor Network::forward(const torch::Tensor& x) const {
-  torch::Tensor y = x.clamp(-kCut, kCut).transpose(1, 2).contiguous();
-  y = torch::relu(torch::conv1d(y, w1_, b1_, 1, kKernel / 2));
-  y = torch::relu(torch::conv1d(y, w2_, b2_, 1, kKernel / 2));
-  y = torch::relu(torch::conv_transpose1d(y, w3_, b3_, 1, kKernel / 2));
-  y = torch::conv_transpose1d(y, w4_, b4_, 1, kKernel / 2);
-  return y.transpose(1, 2);
+  // A transposed convolution of stride 1 is one with the kernel turned round.
+  const auto turned = [](const torch::Tensor& weight) { return weight.transpose(0, 1).flip(2); };
+  torch::Tensor y = torch::relu(nn::convolution(x.clamp(-kCut, kCut), w1_, b1_));
+  y = torch::relu(nn::convolution(y, w2_, b2_));
+  y = torch::relu(nn::convolution(y, turned(w3_), b3_));
+  return nn::convolution(y, turned(w4_), b4_);
 }
 
 torch::Tensor with_edges(const torch::Tensor& x, std::int64_t first, std::int64_t count) {

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <mutex>
 #include <unsupported/Eigen/SpecialFunctions>
 
 #include "libmocap/base/error.hpp"
@@ -20,7 +19,7 @@ namespace {
 class CaeVaeGenerator final : public Generator {
  public:
   CaeVaeGenerator(const store::ModelFile& file, const std::string& name)
-      : model_(cae_vae::read(file, name)), codec_(*model_.network, &model_.prior), plain_(*model_.network, nullptr), joints_(features::motegi_joints(*model_.reference.skeleton)), fitter_(model_.reference.skeleton, joints_, model_.natural), preset_(contact_preset(model_.contacts_rule.substr(7))) {}
+      : model_(cae_vae::read(file, name)), codec_(*model_.network), joints_(features::motegi_joints(*model_.reference.skeleton)), fitter_(model_.reference.skeleton, joints_, model_.natural), preset_(contact_preset(model_.contacts_rule.substr(7))) {}
 
   std::string kind() const override { return "cae-vae"; }
   const std::map<std::string, std::vector<std::string>>& vocabulary() const override { return vocabulary_; }
@@ -32,7 +31,7 @@ class CaeVaeGenerator final : public Generator {
   int latent_dimensions() const override { return model_.network->config().latent; }
 
   std::vector<Clip> sample(const std::vector<ClipOrder>& orders, const SampleSettings& settings) const override {
-    const cae_vae::Codec& codec = settings.standard_normal ? plain_ : codec_;
+    const cae_vae::Drawing drawing{settings.standard_normal ? nullptr : &model_.prior, settings.noise_scale};
     std::vector<cae_vae::Latent> ends;
     for (const Clip& clip : settings.between) ends.push_back(codec_.encode(rows_of(clip, features::motegi_positions(clip)).data_ptr<float>()));
     std::vector<cae_vae::ClipRequest> requests;
@@ -44,12 +43,12 @@ class CaeVaeGenerator final : public Generator {
         for (std::size_t k = 0; k < z.size(); ++k) z[k] += static_cast<float>(*order.between) * (ends[1][k] - z[k]);
         requests.back().latent = std::move(z);
       } else if (order.axis) {
-        cae_vae::Latent z = codec.draw(settings.seed, order.stream, settings.noise_scale);
+        cae_vae::Latent z = codec_.draw(settings.seed, order.stream, drawing);
         z.at(static_cast<std::size_t>(order.axis->axis - 1)) = static_cast<float>(Eigen::numext::ndtri(order.axis->quantile));
         requests.back().latent = std::move(z);
       }
     }
-    const auto rows = codec.sample(requests, settings.noise_scale, settings.threads);
+    const auto rows = codec_.sample(requests, drawing, settings.threads);
     std::vector<Clip> clips(orders.size());
     std::vector<PositionFit> fits(settings.fit ? orders.size() : 0);
     parallel_for(orders.size(), settings.threads, [&](std::size_t i) {
@@ -89,7 +88,7 @@ class CaeVaeGenerator final : public Generator {
   // (T, 58) standardised.
   torch::Tensor rows_of(const Clip& clip, const features::FeatureMatrix& positions) const {
     const Where where{{}, 0, "clip " + clip.name};
-    cae_vae::check_alike(*clip.skeleton, clip.frame_rate_hz, model_.reference, where, "the model's");
+    train::check_alike(*clip.skeleton, clip.frame_rate_hz, model_.reference, where, "the model");
     const auto window = static_cast<std::size_t>(model_.network->config().window);
     if (clip.frames() < window) refuse(where, fmt::format("{} frames, expected the {} of the model's window at least", clip.frames(), window));
     return cae_vae::standardised(features::encode_motegi(positions, clip.frame_rate_hz), model_.reference);
@@ -119,7 +118,7 @@ class CaeVaeGenerator final : public Generator {
   }
 
   cae_vae::Model model_;
-  cae_vae::Codec codec_, plain_;  // drawing from where the training data lie, from N(0, I)
+  cae_vae::Codec codec_;
   std::vector<int> joints_;
   PositionFitter fitter_;
   const ContactPreset& preset_;

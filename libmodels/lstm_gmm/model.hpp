@@ -12,7 +12,7 @@ namespace mocap::lstm_gmm {
 
 struct Model {
   std::unique_ptr<Network> network;
-  train::StateReference reference;  // skeleton, rate, mean and deviation
+  train::Reference reference;  // skeleton, rate, mean and deviation
   torch::Tensor starts;             // (K, 2, input): pairs of frames of the training data to start from
   std::int64_t default_frames = 0;
 };

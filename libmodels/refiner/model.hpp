@@ -11,7 +11,7 @@ namespace mocap::refiner {
 
 struct Model {
   std::unique_ptr<RefinerNetwork> network;
-  train::StateReference reference;                // skeleton, rate, mean and deviation
+  train::Reference reference;                // skeleton, rate, mean and deviation
   torch::Tensor effector_mean, effector_deviation;  // (6 E)
   std::string contacts_rule;                      // of the data it was trained on
 };

@@ -77,7 +77,7 @@ RefinerConfig config_from_json(const nlohmann::json& json) {
   return config;
 }
 
-EndEffectors::EndEffectors(const train::StateReference& reference) : EndEffectors(reference, std::vector<int>{}) {
+EndEffectors::EndEffectors(const train::Reference& reference) : EndEffectors(reference, std::vector<int>{}) {
   std::vector<std::int64_t> points;
   for (const char* role : {"left_foot", "right_foot", "left_ankle", "right_ankle", "left_hand", "right_hand", "head"}) {
     const int joint = reference.skeleton->find_role(role);
@@ -91,7 +91,7 @@ EndEffectors::EndEffectors(const train::StateReference& reference) : EndEffector
   points_ = torch::tensor(points, torch::kLong);
 }
 
-EndEffectors::EndEffectors(const train::StateReference& reference, const std::vector<int>& joints)
+EndEffectors::EndEffectors(const train::Reference& reference, const std::vector<int>& joints)
     : body_(*reference.skeleton), mean_(torch::tensor(reference.mean)), deviation_(torch::tensor(reference.deviation)), joints_(reference.skeleton->joint_count()), rate_(reference.frame_rate_hz) {
   std::vector<std::int64_t> points;
   for (const int joint : joints) {
@@ -117,7 +117,7 @@ Tensor EndEffectors::operator()(const Tensor& rows, const Tensor& before) const 
   return torch::cat({p.reshape({t, b, 3 * e}), v.reshape({t, b, 3 * e})}, 2);
 }
 
-Tensor root_path(const Tensor& rows, const train::StateReference& reference) {
+Tensor root_path(const Tensor& rows, const train::Reference& reference) {
   const std::int64_t t = rows.size(0);
   const Tensor mean = torch::tensor(std::vector<float>(reference.mean.begin(), reference.mean.begin() + 4)).to(rows.scalar_type()),
                deviation = torch::tensor(std::vector<float>(reference.deviation.begin(), reference.deviation.begin() + 4)).to(rows.scalar_type());

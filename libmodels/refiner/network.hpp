@@ -50,8 +50,8 @@ RefinerConfig config_from_json(const nlohmann::json& json);  // Error(data)
 class EndEffectors {
  public:
   // Error(data) for a skeleton without feet.
-  explicit EndEffectors(const train::StateReference& reference);
-  EndEffectors(const train::StateReference& reference, const std::vector<int>& joints);  // of any joints but the root
+  explicit EndEffectors(const train::Reference& reference);
+  EndEffectors(const train::Reference& reference, const std::vector<int>& joints);  // of any joints but the root
   int count() const { return static_cast<int>(points_.size(0)); }
   const std::vector<std::string>& names() const { return names_; }
 
@@ -68,7 +68,7 @@ class EndEffectors {
 };
 
 // (T, B, 3): the root over the motion in metres, from the origin with heading 0 at its first frame, whose own step is not taken. Differentiable.
-torch::Tensor root_path(const torch::Tensor& rows, const train::StateReference& reference);
+torch::Tensor root_path(const torch::Tensor& rows, const train::Reference& reference);
 
 class RefinerNetwork : public torch::nn::Module {
  public:

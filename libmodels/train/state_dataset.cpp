@@ -61,12 +61,7 @@ StateBatch empty_batch(const StateDataset& data, std::int64_t count, std::int64_
 
 }  // namespace
 
-void check_alike(const Skeleton& skeleton, double frame_rate_hz, const StateReference& reference, const Where& where, const std::string& of) {
-  if (!skeleton.same_as(*reference.skeleton, 1e-5)) refuse(where, "another skeleton than " + of + "'s");
-  if (std::abs(frame_rate_hz - reference.frame_rate_hz) > 1e-6 * reference.frame_rate_hz) refuse(where, fmt::format("{} Hz, expected {}'s {} Hz", frame_rate_hz, of, reference.frame_rate_hz));
-}
-
-torch::Tensor standardised(const features::FeatureMatrix& x, std::span<const std::array<std::uint8_t, 2>> contacts, const StateReference& reference) {
+torch::Tensor standardised(const features::FeatureMatrix& x, std::span<const std::array<std::uint8_t, 2>> contacts, const Reference& reference) {
   torch::Tensor rows = torch::empty({x.rows(), x.cols() + kContactBits});
   float* out = rows.data_ptr<float>();
   for (Eigen::Index t = 0; t < x.rows(); ++t) {
@@ -76,7 +71,7 @@ torch::Tensor standardised(const features::FeatureMatrix& x, std::span<const std
   return rows;
 }
 
-RawStates raw_states(const float* rows, std::int64_t count, const StateReference& reference) {
+RawStates raw_states(const float* rows, std::int64_t count, const Reference& reference) {
   RawStates out{features::FeatureMatrix(count, static_cast<Eigen::Index>(reference.mean.size())), {}};
   for (Eigen::Index t = 0; t < out.features.rows(); ++t) {
     for (Eigen::Index c = 0; c < out.features.cols(); ++c) out.features(t, c) = static_cast<double>(*rows++) * reference.deviation[static_cast<std::size_t>(c)] + reference.mean[static_cast<std::size_t>(c)];
@@ -86,7 +81,7 @@ RawStates raw_states(const float* rows, std::int64_t count, const StateReference
   return out;
 }
 
-StateDataset::StateDataset(const std::string& path, const std::optional<StateReference>& like) {
+StateDataset::StateDataset(const std::string& path, const std::optional<Reference>& like) {
   const store::ArchiveReader reader(path, store::Caching::in_order);
   name_ = reader.name();
   header_ = reader.header();
@@ -95,7 +90,7 @@ StateDataset::StateDataset(const std::string& path, const std::optional<StateRef
   build(reader.size(), [&](std::size_t i) { return reader.read(i); }, like);
 }
 
-StateDataset::StateDataset(const std::string& name, std::vector<Clip> clips, const StateReference& like) : name_(name) {
+StateDataset::StateDataset(const std::string& name, std::vector<Clip> clips, const Reference& like) : name_(name) {
   if (!clips.empty()) {
     header_.skeleton = clips[0].skeleton;
     header_.frame_rate_hz = clips[0].frame_rate_hz;
@@ -109,7 +104,7 @@ StateDataset::StateDataset(const std::string& name, std::vector<Clip> clips, con
   build(clips.size(), [&](std::size_t i) { return std::move(clips[i]); }, like);
 }
 
-void StateDataset::build(std::size_t count, const std::function<Clip(std::size_t)>& read, const std::optional<StateReference>& like) {
+void StateDataset::build(std::size_t count, const std::function<Clip(std::size_t)>& read, const std::optional<Reference>& like) {
   if (count == 0) refuse({name_, 0, {}}, "0 clips, expected at least one");
   if (header_.skeleton->joint_count() < 2) refuse({name_, 0, "skeleton"}, "1 joint, expected a root and at least one more");
   if (like) check_alike(*header_.skeleton, header_.frame_rate_hz, *like, {name_, 0, {}}, "the training data");
@@ -137,7 +132,7 @@ void StateDataset::build(std::size_t count, const std::function<Clip(std::size_t
   if (clips_.empty()) refuse({name_, 0, {}}, "no clip of 2 frames or more, expected motion to predict a next frame of");
   mean_ = like ? like->mean : moments.mean();
   deviation_ = like ? like->deviation : moments.deviation();
-  const StateReference own = reference();
+  const Reference own = reference();
   for (std::size_t i = 0; i < raw.size(); ++i) {
     clips_[i].rows = standardised(raw[i], contacts[i], own);
     raw[i].resize(0, 0);

@@ -14,6 +14,7 @@
 #include "libmocap/base/error.hpp"
 #include "libmocap/features/state.hpp"
 #include "libmocap/store/archive.hpp"
+#include "libmodels/train/reference.hpp"
 
 namespace mocap::train {
 
@@ -24,37 +25,28 @@ struct StateClip {
   torch::Tensor rows;  // (T, D + 2) float32: standardised features, then contacts 0 or 1
 };
 
-// What two data sets of one model have in common.
-struct StateReference {
-  std::shared_ptr<const Skeleton> skeleton;
-  double frame_rate_hz = 30;
-  std::vector<float> mean, deviation;
-};
-
-// Error(data) where `skeleton` or rate are others; `of`: whose the reference's are ("the model", "the training data").
-void check_alike(const Skeleton& skeleton, double frame_rate_hz, const StateReference& reference, const Where& where, const std::string& of);
 // (T, D + 2) float32 from features and contacts, and back: features and bits (set from a half on) of T rows, row-major.
-torch::Tensor standardised(const features::FeatureMatrix& x, std::span<const std::array<std::uint8_t, 2>> contacts, const StateReference& reference);
+torch::Tensor standardised(const features::FeatureMatrix& x, std::span<const std::array<std::uint8_t, 2>> contacts, const Reference& reference);
 struct RawStates {
   features::FeatureMatrix features;
   std::vector<std::array<std::uint8_t, 2>> contacts;
 };
-RawStates raw_states(const float* rows, std::int64_t count, const StateReference& reference);
+RawStates raw_states(const float* rows, std::int64_t count, const Reference& reference);
 
 // Every clip of an archive with at least two frames; shorter ones are left out and counted. Clips without contacts are labelled by the rule `default`.
 // Standardised by column over all frames; deviations are at least 0.01 rad for angles, 1 mm for steps and height, 0.001 rad for the change of heading, so that noise on what never
 // moves stays small. With `like`, mean and deviation are those of another data set or of a model, whose skeleton and rate the archive must have (Error(data)).
 class StateDataset {
  public:
-  explicit StateDataset(const std::string& path, const std::optional<StateReference>& like = std::nullopt);
+  explicit StateDataset(const std::string& path, const std::optional<Reference>& like = std::nullopt);
   // Clips in memory, of which `name` says in messages where they came from; Error(data) where one breaks an invariant, as a generator's may that has blown up.
-  StateDataset(const std::string& name, std::vector<Clip> clips, const StateReference& like);
+  StateDataset(const std::string& name, std::vector<Clip> clips, const Reference& like);
 
   const std::vector<StateClip>& clips() const { return clips_; }
   const std::vector<float>& mean() const { return mean_; }
   const std::vector<float>& deviation() const { return deviation_; }
   const store::ArchiveHeader& header() const { return header_; }
-  StateReference reference() const { return {header_.skeleton, header_.frame_rate_hz, mean_, deviation_}; }
+  Reference reference() const { return {header_.skeleton, header_.frame_rate_hz, mean_, deviation_}; }
   std::string contacts_rule() const;  // the archive's, or the one they were labelled by
   bool labelled_here() const { return labelled_here_; }
   int columns() const { return static_cast<int>(mean_.size()); }
@@ -67,7 +59,7 @@ class StateDataset {
   const std::string& name() const { return name_; }     // the archive's, for messages
 
  private:
-  void build(std::size_t count, const std::function<Clip(std::size_t)>& read, const std::optional<StateReference>& like);
+  void build(std::size_t count, const std::function<Clip(std::size_t)>& read, const std::optional<Reference>& like);
 
   std::string name_;
   store::ArchiveHeader header_;

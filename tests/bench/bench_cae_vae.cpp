@@ -6,6 +6,7 @@
 #include "libmodels/generators/cae_vae_generator.hpp"
 #include "libmodels/nn/blas.hpp"
 #include "tests/bench/bare_products.hpp"
+#include "tests/bench/stepper.hpp"
 #include "tests/cae_vae/data.hpp"
 
 namespace mocap {
@@ -43,30 +44,6 @@ struct BareConvolutions {
   }
 };
 
-class Stepper {
- public:
-  Stepper(cae_vae::CaeVaeTraining& training, std::int64_t first) : training_(training), optimizer_(training.optimizer()), executor_(kShards, kThreads), step_(first) {
-    for (const auto& [name, tensor] : training.parameters()) parameters_.push_back(tensor);
-  }
-  void operator()() {
-    training_.prepare(step_++);
-    const auto [first, count] = training_.trained();
-    const std::vector<Tensor> trained(parameters_.begin() + static_cast<std::ptrdiff_t>(first), parameters_.begin() + static_cast<std::ptrdiff_t>(first + count));
-    auto gradient = executor_.compute(trained, [&](int shard) {
-      train::LossTerms terms;
-      return nn::ShardedGradient::Share{training_.shard_loss(shard, terms), {}};
-    });
-    optimizer_->step(gradient.gradients, training_.learning_rate(0), first);
-  }
-
- private:
-  cae_vae::CaeVaeTraining& training_;
-  std::unique_ptr<train::Optimizer> optimizer_;
-  nn::ShardedGradient executor_;
-  std::vector<Tensor> parameters_;
-  std::int64_t step_;
-};
-
 void training(int pairs) {
   const cae_vae::CaeVaeConfig c;
   cae_vae::TrainingConfig settings;
@@ -86,7 +63,7 @@ void training(int pairs) {
   nn::ShardedGradient executor(kShards, kThreads);
   const std::int64_t second = settings.epochs * model.steps_per_epoch();
   for (const bool autoencoder : {true, false}) {
-    Stepper step(model, autoencoder ? 0 : second);
+    Stepper step(model, kShards, kThreads, autoencoder ? 0 : second);
     const double flop = autoencoder ? settings.batch * 120.0 * 2 * 58 * 32 * 15 * 5 : kShards * products[0].flop() + settings.batch * 120.0 * 2 * 58 * 32 * 15;
     fmt::print("{}: batch {}, {} shards on {} threads, {:.2f} GFLOP\n", autoencoder ? "autoencoder" : "variational autoencoder", settings.batch, kShards, kThreads, flop / 1e9);
     std::vector<double> bare, ours;
@@ -117,13 +94,13 @@ void sampling(int pairs) {
     orders.push_back({fmt::format("m{}", i), {}, 120, i});
     requests.push_back({1, i, 120, {}});
   }
-  const cae_vae::Codec codec(model.network(), nullptr);
+  const cae_vae::Codec codec(model.network());
   for (const int threads : {1, kThreads}) {
     generators::SampleSettings settings;
     settings.threads = threads;
     std::vector<double> decoded, made;
     for (int i = -1; i < pairs; ++i) {
-      const double a = seconds([&] { (void)codec.sample(requests, 1, threads); }), b = seconds([&] { (void)generator->sample(orders, settings); });
+      const double a = seconds([&] { (void)codec.sample(requests, {}, threads); }), b = seconds([&] { (void)generator->sample(orders, settings); });
       if (i >= 0) decoded.push_back(kMotions * 120 / a), made.push_back(kMotions * 120 / b);
     }
     for (const auto& [name, rates] : {std::pair{"features", &decoded}, {"clips with rotations and contacts", &made}}) {

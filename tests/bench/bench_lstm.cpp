@@ -10,6 +10,7 @@
 #include "libmodels/refiner/training.hpp"
 #include "libmodels/train/tensors.hpp"
 #include "tests/bench/bare_products.hpp"
+#include "tests/bench/stepper.hpp"
 #include "tests/store/sample_clips.hpp"
 
 namespace mocap {
@@ -19,7 +20,7 @@ using namespace bench;
 
 constexpr int kShards = 2, kThreads = 2;
 
-train::StateReference reference() {
+train::Reference reference() {
   const auto columns = static_cast<std::size_t>(features::state_columns(*canonical_body()));
   return {canonical_body(), 30, std::vector<float>(columns, 0), std::vector<float>(columns, 1)};
 }
@@ -31,36 +32,6 @@ const train::StateDataset& data() {
 
 lstm_gmm::LstmGmmTraining generator(const std::string& preset) { return {lstm_gmm::LstmGmmConfig::preset(preset), {.shards = kShards}, data(), nullptr}; }
 refiner::RefinerTraining refinement(const std::string& preset) { return {refiner::RefinerConfig::preset(preset), {.shards = kShards}, data(), data(), nlohmann::json::object()}; }
-
-// As the loop makes them.
-class Stepper {
- public:
-  explicit Stepper(train::Trainable& training) : training_(training), optimizer_(training.optimizer()), executor_(kShards, kThreads) {
-    for (const auto& [name, tensor] : training.parameters()) parameters_.push_back(tensor.set_requires_grad(true));
-  }
-  void operator()() {
-    training_.prepare(step_);
-    const auto [first, count] = training_.trained();
-    const std::vector<Tensor> trained(parameters_.begin() + static_cast<std::ptrdiff_t>(first), parameters_.begin() + static_cast<std::ptrdiff_t>(first + count));
-    train::LossTerms sums;
-    auto gradient = executor_.compute(trained, [&](int shard) {
-      train::LossTerms terms;
-      nn::ShardedGradient::Share share{training_.shard_loss(shard, terms), {}};
-      if (shard == 0) sums = terms;
-      return share;
-    });
-    optimizer_->step(gradient.gradients, training_.learning_rate(step_), first);
-    training_.updated(sums);
-    ++step_;
-  }
-
- private:
-  train::Trainable& training_;
-  std::unique_ptr<train::Optimizer> optimizer_;
-  nn::ShardedGradient executor_;
-  std::vector<Tensor> parameters_;
-  std::int64_t step_ = 0;
-};
 
 // The products of an LSTM are those of all its gates at once: input and state side by side.
 void training(const std::string& preset, int pairs) {
@@ -76,7 +47,7 @@ void training(const std::string& preset, int pairs) {
   const double flop = kShards * bare[0].flop();
   fmt::print("generator, preset {}: {} parameters, batch {} x {} frames, {} shards on {} threads, {:.1f} GFLOP in matrix products\n", preset, c.parameter_count(), model.config().batch, model.config().window, kShards,
              kThreads, flop / 1e9);
-  Stepper step(model);
+  Stepper step(model, kShards, kThreads);
   nn::ShardedGradient executor(kShards, kThreads);
   std::vector<double> t_naive, t_merged, t_ours;
   for (int i = -1; i < pairs; ++i) {
@@ -93,7 +64,7 @@ void training(const std::string& preset, int pairs) {
 
 void refiner_training(const std::string& preset, int pairs) {
   auto model = refinement(preset);
-  Stepper step(model);
+  Stepper step(model, kShards, kThreads);
   std::vector<double> times;
   for (int i = 0; i < 8 * pairs; ++i) times.push_back(seconds([&] { step(); }));
   const Spread t = spread(times);

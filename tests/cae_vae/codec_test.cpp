@@ -48,24 +48,24 @@ TEST(CaeVaeDecoder, IsTheNetworksAndDoesNotLookAtOtherWindows) {
 }
 
 TEST(CaeVaeCodec, ClipsDependOnTheirStreamAlone) {
-  const Codec codec(network(), nullptr);
+  const Codec codec(network());
   std::vector<ClipRequest> requests;
   for (std::uint64_t i = 0; i < 70; ++i) requests.push_back({5, i, i % 3 == 0 ? 47 : 20 - static_cast<std::int64_t>(i % 2), {}});
-  const auto clips = codec.sample(requests, 1, 1), again = codec.sample(requests, 1, 3);
+  const auto clips = codec.sample(requests, {nullptr, 1}, 1), again = codec.sample(requests, {nullptr, 1}, 3);
   EXPECT_EQ(clips, again);
   for (const std::size_t i : {0u, 1u, 66u, 69u}) {
-    EXPECT_EQ(codec.sample({requests[i]}, 1, 1)[0], clips[i]);
+    EXPECT_EQ(codec.sample({requests[i]}, {nullptr, 1}, 1)[0], clips[i]);
     EXPECT_EQ(clips[i].size(), static_cast<std::size_t>(requests[i].frames) * 58);
   }
-  EXPECT_NE(codec.sample({{6, 1, 20, {}}}, 1, 1)[0], clips[1]);
-  const std::vector<float> x = codec.sample({{5, 1, 20, codec.draw(5, 1, 1)}}, 1, 1)[0];
+  EXPECT_NE(codec.sample({{6, 1, 20, {}}}, {nullptr, 1}, 1)[0], clips[1]);
+  const std::vector<float> x = codec.sample({{5, 1, 20, codec.draw(5, 1, {})}}, {nullptr, 1}, 1)[0];
   EXPECT_EQ(std::vector<float>(x.begin(), x.begin() + 19 * 58), clips[1]);  // the latent that is drawn
-  EXPECT_EQ(codec.sample({{5, 1, 20, {}}}, 0, 1), codec.sample({{9, 4, 20, {}}}, 0, 1));
+  EXPECT_EQ(codec.sample({{5, 1, 20, {}}}, {nullptr, 0}, 1), codec.sample({{9, 4, 20, {}}}, {nullptr, 0}, 1));
 }
 
 TEST(CaeVaeCodec, LongMotionBeginsWithItsWindowAndHasNoSeams) {
-  const Codec codec(network(), nullptr);
-  const auto window = codec.sample({{5, 3, 20, {}}}, 1, 1)[0], motion = codec.sample({{5, 3, 200, {}}}, 1, 1)[0];
+  const Codec codec(network());
+  const auto window = codec.sample({{5, 3, 20, {}}}, {nullptr, 1}, 1)[0], motion = codec.sample({{5, 3, 200, {}}}, {nullptr, 1}, 1)[0];
   EXPECT_EQ(std::vector<float>(motion.begin(), motion.begin() + 10 * 58), std::vector<float>(window.begin(), window.begin() + 10 * 58));
   // Steps between frames are no larger where windows meet (every 10 frames) than within one.
   const auto step = [](const std::vector<float>& x, std::size_t t) {
@@ -81,12 +81,12 @@ TEST(CaeVaeCodec, LongMotionBeginsWithItsWindowAndHasNoSeams) {
 
 TEST(CaeVaeCodec, ReconstructsAnyLengthWindowByWindow) {
   const torch::NoGradGuard no_grad;
-  const Codec codec(network(), nullptr);
+  const Codec codec(network());
   Random random(1, 9);
   const Tensor x = nn::normal_tensor({53, 58}, random);
   const std::vector<float> back = codec.reconstruct(x.data_ptr<float>(), 53);
   ASSERT_EQ(back.size(), 53u * 58);
-  const auto alone = [&](std::int64_t first) { return codec.sample({{1, 1, 20, codec.encode(x.data_ptr<float>() + first * 58)}}, 1, 1)[0]; };
+  const auto alone = [&](std::int64_t first) { return codec.sample({{1, 1, 20, codec.encode(x.data_ptr<float>() + first * 58)}}, {nullptr, 1}, 1)[0]; };
   const auto rows = [](const std::vector<float>& v, std::int64_t from, std::int64_t to) { return std::vector<float>(v.begin() + from * 58, v.begin() + to * 58); };
   EXPECT_EQ(rows(back, 0, 10), rows(alone(0), 0, 10));
   EXPECT_EQ(rows(back, 50, 53), rows(alone(33), 17, 20));  // the last window ends with the motion

@@ -191,5 +191,5 @@
 3 ~nowhere sample -m vae.h5 --interpolate nowhere.h5 c.h5 -o x.h5
 3 ~expected.the.20.of.the.model's.window motion-select -q c.h5 --time 0:0.5 -o half.h5; sample -m vae.h5 --interpolate half.h5 c.h5 -o x.h5
 3 ~none.as.long.as.the.model's.window.of.20.frames sample -m vae.h5 --reconstruct half.h5 -o x.h5
-3 ~60.Hz,.expected.30.Hz canonicalize -q corpus --fps 60 -o fast.h5; sample -m vae.h5 --reconstruct fast.h5 -o x.h5
+3 ~60.Hz,.expected.the.model's.30.Hz canonicalize -q corpus --fps 60 -o fast.h5; sample -m vae.h5 --reconstruct fast.h5 -o x.h5
 1 . test -e x.h5

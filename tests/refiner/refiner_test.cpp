@@ -105,7 +105,7 @@ TEST(EndEffectors, PiecesNeedWhereTheyWere) {
 TEST(EndEffectors, ABodyWithoutFeetIsRefused) {
   auto s = std::make_shared<Skeleton>(*canonical_body());
   s->roles.erase("left_foot");
-  train::StateReference r = data().real->reference();
+  train::Reference r = data().real->reference();
   r.skeleton = s;
   EXPECT_NE(refusal([&] { EndEffectors e(r); }).find("no left_foot"), std::string::npos);
 }
