@@ -162,8 +162,11 @@ void OutputFile::commit() {
   }
   part_.clear();
   if (const int d = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); d >= 0) {
-    ::fsync(d);
+    const int status = ::fsync(d), error = errno;
     ::close(d);
+    errno = error;
+    // The file is whole but may be gone after a power cut. Some file systems know no fsync of folders.
+    if (status != 0 && error != EINVAL && error != ENOTSUP && error != EROFS) fail("fsync of the folder");
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <clocale>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -283,6 +284,7 @@ void report(const std::string& tool, const Error& error, int verbose) {
 
 int run(Tool& tool, int argc, char** argv) {
   occupy_standard_descriptors();
+  std::setlocale(LC_NUMERIC, "C");  // a library may have set the user's while it was loaded; CLI11 converts with strtold
   std::signal(SIGPIPE, SIG_IGN);  // so that a closed pipe is an error that unwinds: temporary files are removed
   log::start(tool.name(), log::Level::info);
   Common common;

@@ -189,6 +189,7 @@ Npz read_archive(std::string_view bytes, const std::set<std::string, std::less<>
                         " packed ones, which deflate cannot do");
     out.emplace(name, read_member(archive.get(), i, static_cast<std::size_t>(s.size), where));
   }
+  if (seen.empty()) refuse({}, "a zip file without a .npy member, expected an .npz file");
   return out;
 }
 

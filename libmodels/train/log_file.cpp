@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <utility>
 
 #include "libmocap/base/error.hpp"
 #include "libmocap/base/output_file.hpp"
@@ -66,6 +67,11 @@ void LogFile::flush() {
     left.remove_prefix(static_cast<std::size_t>(n));
   }
   pending_.clear();
+}
+
+void LogFile::close() {
+  flush();
+  if (::close(std::exchange(fd_, -1)) != 0) throw Error(Exit::io, {path_, 0, {}}, std::string("close failed: ") + std::strerror(errno));
 }
 
 }  // namespace mocap::train

@@ -25,6 +25,7 @@ class LogFile {
   };
   void write(const Row& row);
   void flush();
+  void close();  // after the last row: some file systems say only now that rows were lost
 
  private:
   std::string path_;

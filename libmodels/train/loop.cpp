@@ -131,7 +131,7 @@ LoopResult run(Trainable& model, const LoopOptions& options, const std::function
       last_checkpoint = Clock::now();
     }
   }
-  log_file.flush();
+  log_file.close();
   Json final_state = state();
   final_state["identity"] = Json::parse(model.identity());
   store::ModelFile file = assemble(model, options.weights_only ? nullptr : optimizer.get(), final_state);

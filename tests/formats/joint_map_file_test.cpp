@@ -48,8 +48,11 @@ TEST_F(JointMapFileTest, LettersBeyondAsciiStandInQuotesAndComments) {
   EXPECT_EQ(map.joints.at("left_hip"), "H\xc3\xbc" "fte \"links\"");
   EXPECT_EQ(map.joints.at("head"), "\xc3\xa4");
   EXPECT_NE(refusal("[joints]\na\xc3\xa4" "b = \"x\"\n").find("map.toml:2: a letter beyond ASCII outside of quotes"), std::string::npos);
+  EXPECT_NE(refusal("[joints]\nhead = \"\"\"a\\\n\xc3\xa4\"\"\"\"\" \xc3\xa4\n").find("map.toml:3: a letter beyond ASCII outside of quotes"), std::string::npos);
   EXPECT_NE(refusal("[joints]\nhead = \"x\" \xc3\xa4\n").find("map.toml:2: a letter beyond"), std::string::npos);
-  EXPECT_NE(refusal("[joints]\nhead = '''\n\n'''\n\xe4").find("map.toml:5: a letter beyond"), std::string::npos);
+  EXPECT_NE(refusal("[joints]\nhead = '''\n\n'''\n\xc3\xa4").find("map.toml:5: a letter beyond"), std::string::npos);
+  EXPECT_NE(refusal("[joints]\nhead = '''\n\n'''\n# \xe4").find("map.toml:5: bytes that are no UTF-8"), std::string::npos);
+  EXPECT_EQ(read("[joints]\nhead = \"~c3~a4~\"\nneck = '~7e'\n").joints, (std::map<std::string, std::string>{{"head", "~c3~a4~"}, {"neck", "~7e"}}));
 }
 
 TEST_F(JointMapFileTest, EachErrorHasItsLine) {

@@ -16,6 +16,9 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   return 0;
 }
 
+// HDF5 1.10.8 itself loses what it read of an object whose checksum does not fit.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5\n"; }
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
     mocap::fuzz::one({reinterpret_cast<const char*>(data), size});
