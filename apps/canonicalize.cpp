@@ -100,9 +100,9 @@ class Canonicalize final : public cli::Tool {
     if (!labels_.empty()) labels = formats::Labels::read(labels_);
     if (labels) option_files.push_back({base_name(labels_), labels->sha256()});
 
-    if (done_before(context, option_files)) {
+    if (done_before(context, option_files, labels)) {
       log::info("{} is up to date", context.common().output);
-      return Exit::ok;
+      return context.batch_status();
     }
     if (body_ == "source") options_.body = common_body(context);
     const Canonicalizer canonicalizer(options_);
@@ -177,20 +177,58 @@ class Canonicalize final : public cli::Tool {
   }
 
  private:
-  // --skip-existing: an archive is one output, so it is done where it was made by this command from these very files.
-  bool done_before(cli::Context& context, std::vector<HistoryInput> now) const {
-    if (!context.common().skip_existing || context.common().output == "-") return false;
+  // --skip-existing: an archive is one output, so it is done where it was made by this command from these very files. Those it was not made from are refused now as they were then, which is
+  // reported again; one that is not refused is new.
+  bool done_before(cli::Context& context, std::vector<HistoryInput> now, const std::optional<formats::Labels>& labels) const {
+    const std::string& output = context.common().output;
+    if (!context.common().skip_existing || output == "-") return false;
+    const std::optional<store::ArchiveReader> existing = archive_at(output);
+    const std::vector<HistoryInput> made_from = existing && !existing->header().history.empty() ? existing->header().history.back().inputs : std::vector<HistoryInput>{};
+    std::vector<std::pair<const cli::InputFile*, Error>> refused;
     for (const auto& file : context.inputs()) {
       Digest digest{};
       try {
         if (file.path != "-") (void)read_file(file.path, std::size_t{1} << 36, &digest);
-      } catch (const Error&) {  // its turn comes: the archive was not made from it
+      } catch (const Error&) {
       }
-      now.push_back({file.label, to_hex(digest)});
+      const HistoryInput input{file.label, to_hex(digest)};
+      const bool known = std::any_of(made_from.begin(), made_from.end(), [&](const HistoryInput& i) { return i.path == input.path && i.sha256 == input.sha256; });
+      if (!known && !made_from.empty() && file.path != "-")
+        if (const auto error = refusal(file, labels, existing->header().skeleton)) {
+          refused.emplace_back(&file, *error);
+          continue;
+        }
+      now.push_back(input);
       add_companions(now, formats::companions_of(file.path, file.label, read_options_));
     }
     sort_inputs(now);
-    return context.up_to_date(context.common().output, context.history_entry(std::move(now)), [](const std::string& path) { return store::ArchiveReader(path).header().history; });
+    if (!context.up_to_date(output, context.history_entry(std::move(now)), [](const std::string& path) { return store::ArchiveReader(path).header().history; })) return false;
+    for (const auto& [file, error] : refused) context.reject(*file, error);
+    return true;
+  }
+
+  static std::optional<store::ArchiveReader> archive_at(const std::string& path) {
+    try {
+      return std::optional<store::ArchiveReader>(std::in_place, path);
+    } catch (const Error&) {  // none, or a damaged one
+      return std::nullopt;
+    }
+  }
+
+  // Why an input cannot be used, where it cannot.
+  std::optional<Error> refusal(const cli::InputFile& file, const std::optional<formats::Labels>& labels, const std::shared_ptr<const Skeleton>& body) const {
+    if (file.failure) return file.failure;
+    try {
+      CanonicalizeOptions options = options_;
+      if (body_ == "source") options.body = body;
+      Prepared p;
+      p.input = formats::open_motion(file.path, file.label, read_options_);
+      for (std::size_t i = 0; i < p.input->size(); ++i) (void)prepare(p, i, file, labels, Canonicalizer(options));
+      return std::nullopt;
+    } catch (const Error& e) {
+      if (e.status() != Exit::data) throw;
+      return e;
+    }
   }
 
   // An ASF that several files share is listed once, behind the first of them.

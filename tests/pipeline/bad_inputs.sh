@@ -33,6 +33,20 @@ for j in 1 2; do
     /usr/bin/python3 "$source/tests/pipeline/bad_inputs.py" --check expected.tsv $tool.tsv || fail "$tool -j $j"
   done
 done
+# A rerun writes nothing, and says again what was refused; a bad file that was mended is taken in.
+cp all.h5 before.h5
+touch -d 2000-01-01 all.h5
+status=0
+canonicalize @all.txt --rejects again.tsv --skip-existing -o all.h5 2> again.log || status=$?
+[ $status = 1 ] && cmp canonicalize.tsv again.tsv && grep -q 'all.h5 is up to date' again.log || fail "a rerun: status $status, $(cat again.log)"
+[ -z "$(find all.h5 -newermt 2001-01-01)" ] || fail "a rerun of a finished batch wrote its output anew"
+mended=$(head -1 expected.tsv | cut -f 1)
+cp "$mended" mended
+cp good/g00.bvh "$mended"
+status=0
+canonicalize -q @all.txt --skip-existing -o all.h5 2> again.log || status=$?
+[ $status = 1 ] && [ -n "$(find all.h5 -newermt 2001-01-01)" ] || fail "after a file was mended: status $status, $(cat again.log)"
+cp mended "$mended"
 # The check can fail: a table that lacks a file.
 head -7 canonicalize.tsv > short.tsv
 if /usr/bin/python3 "$source/tests/pipeline/bad_inputs.py" --check expected.tsv short.tsv > noise; then fail "a file that is missing from the table is not noticed"; fi
