@@ -4,7 +4,7 @@ BUILD := build/$(PRESET)
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 
-.PHONY: all deps tools build test demo pipeline table2 refinement bench fuzz install docs clean
+.PHONY: all deps tools build test test-exhaustive test-mutations test-sanitized test-slurm demo pipeline table2 refinement bench fuzz install docs clean
 all: build
 
 deps:
@@ -21,6 +21,22 @@ build: deps $(BUILD)/build.ninja
 
 test: build
 	cd $(BUILD) && ctest --output-on-failure -j $(JOBS)
+
+# What docs/reliability.md promises, tried further than a test run has time for: every bit, every call, twenty kills of each training, all of the matrix (about two hours of one core)
+test-exhaustive: build
+	cd $(BUILD) && MOCAPKIT_EXHAUSTIVE=1 ctest --output-on-failure --timeout 14400 -R '^reliability|^store|^io'
+
+# Each promise broken on purpose in a copy of the sources: its test must notice
+test-mutations: deps
+	/usr/bin/python3 tests/reliability/mutations.py . build/mutations
+
+# The job scripts under a SLURM of their own, as root: needs slurm-wlm and munge (apt-get install slurm-wlm munge)
+test-slurm: tools
+	MOCAPKIT_BIN=$(BUILD)/bin tests/slurm/slurm.sh || [ $$? = 77 ]
+
+# Everything under address and undefined-behaviour sanitizers, what runs on several threads under the thread sanitizer
+test-sanitized: deps
+	scripts/test-sanitized.sh $(JOBS)
 
 demo: tools
 	scripts/demo.sh $(BUILD)/bin

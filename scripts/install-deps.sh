@@ -7,7 +7,7 @@ set -eu
 packages="g++ cmake ninja-build ccache pkg-config git
 libtorch-dev libopenblas-dev libeigen3-dev libcli11-dev libhdf5-dev libfmt-dev libspdlog-dev libzip-dev libpugixml-dev zlib1g-dev libssl-dev libpcre2-dev
 nlohmann-json3-dev libtomlplusplus-dev libfast-float-dev librandom123-dev libcairo2-dev libgtest-dev libbenchmark-dev
-python3-numpy python3-h5py python3-scipy hdf5-tools"
+python3-numpy python3-h5py python3-scipy hdf5-tools locales"
 
 if ! command -v apt-get > /dev/null || ! command -v dpkg-query > /dev/null; then
   cat >&2 <<'TEXT'
@@ -18,7 +18,7 @@ install-deps: no apt-get here, so nothing is installed. Provide these through mo
     libzip, pugixml, zlib, PCRE2 (8 bit), OpenSSL (crypto), cairo
     OpenBLAS with LAPACK; LibTorch 1.13 or 2.x (without it only the file tools are built)
     GoogleTest for the tests (-DMOCAPKIT_TESTS=OFF without), google-benchmark (-DMOCAPKIT_BENCH=OFF),
-    python3 with numpy, h5py and scipy for the tests
+    python3 with numpy, h5py and scipy for the tests, localedef with its sources for the German one
 TEXT
   exit 0
 fi

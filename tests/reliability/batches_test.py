@@ -62,7 +62,7 @@ def memory(folder):
             (folder / f"b{count}" / f"clip{i:04}.bvh").symlink_to(files[i % len(files)].resolve())
     peaks = {}
     for command in ("canonicalize -q -j 2 bN -o aN", "bvh2npz -q -j 2 bN -o nN", "motion-select -q aN --time 0:1 -o sN", "motion-merge -q aN -o mN", "motion-export -q -j 2 aN -o eN",
-                    "motion-split -q aN --ratios 2,1,1 -o pN", "motion-info -q --check=full aN", "refine -q -j 2 --pin-feet aN -o rN"):
+                    "motion-split -q aN --ratios 2,1,1 -o pN", "motion-info -q --check=full aN", *(["refine -q -j 2 --pin-feet aN -o rN"] if NETWORKS else [])):
         both = []
         for count in (FEW, MANY):
             status, err, peak = measured([re.sub("^([a-z])N$", rf"\g<1>{count}", w) for w in command.split()], folder)

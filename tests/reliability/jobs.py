@@ -1,6 +1,6 @@
 """What the tests of this folder run: one short command of every tool that writes, on small inputs made here. Run by itself it makes the inputs.
 
-usage: jobs.py FOLDER     makes the inputs in FOLDER anew, with the tools of $MOCAPKIT_BIN
+usage: jobs.py FOLDER     makes the inputs in FOLDER anew, with the tools of $MOCAPKIT_BIN; a tool that no job runs is an error
 """
 import hashlib
 import os
@@ -13,6 +13,7 @@ from pathlib import Path
 BIN = Path(os.environ["MOCAPKIT_BIN"])
 FAULTS = os.environ.get("MOCAPKIT_FAULTS", "")  # the library of faults.cpp
 INPUTS = Path(os.environ.get("MOCAPKIT_INPUTS", ""))
+NETWORKS = (BIN / "sample").exists()  # a build without LibTorch has the file tools alone
 EXHAUSTIVE = os.environ.get("MOCAPKIT_EXHAUSTIVE", "0") == "1"
 
 SETUP = """
@@ -26,6 +27,8 @@ canonicalize -q few --labels labels.tsv --shard 1/2 -o s1.h5
 canonicalize -q few --labels labels.tsv --shard 2/2 -o s2.h5
 printf 'x,y\\n0,0\\n0.5,0\\n' > line.csv
 printf '0 1.2 0\\n0.5 1.2 90\\n' > go.txt
+"""
+SETUP_NETWORKS = """
 train-lstm -q few.h5 --steps 3 --batch 2 --window 8 --weights-only -o lstm.h5
 train-refiner -q few.h5 --generator lstm.h5 --samples 4 --sample-frames 12 --batch 4 --buffer 4 --window 8 --steps 2 --weights-only -o refiner.h5
 train-vrnn -q c.h5 --steps 3 --batch 4 --window 6 --pretrain-steps 1 --weights-only -o cell.h5
@@ -66,7 +69,7 @@ FILE_JOBS = [
     Job("motion-export.npz", "motion-export -q in/few.h5 --format npz -o OUT"),
     Job("render", "render -q in/few.h5 -o OUT.png"),
     Job("render.svg", "render -q in/few.h5 -o OUT.svg"),
-    Job("make-corpus", "make-corpus -q --subjects 1 --seconds 1 --transitions 0 --action walking -o OUT"),
+    Job("make-corpus", "make-corpus -q --subjects 1 --seconds 1.5 --transitions 0 --action walking -o OUT"),
     Job("refine.pin", "refine -q --pin-feet in/few.h5 -o OUT", network=True),
 ]
 REPORTS = [
@@ -89,6 +92,9 @@ NETWORK_REPORTS = [
     Job("fid-eval", "fid-eval -q --json in/c.h5 --real in/others.h5 --classifier in/action.h5 --pca 4 --train in/c.h5", network=True),
     Job("classify.report", "classify -q --json -m in/action.h5 in/c.h5", network=True),
 ]
+if not NETWORKS:
+    FILE_JOBS = [j for j in FILE_JOBS if not j.network]
+    NETWORK_JOBS, NETWORK_REPORTS, TRAININGS = [], [], []
 WRITERS = FILE_JOBS + NETWORK_JOBS + TRAININGS
 ALL = FILE_JOBS + REPORTS + NETWORK_JOBS + NETWORK_REPORTS + TRAININGS
 
@@ -163,6 +169,9 @@ def main(test):
 
 
 if __name__ == "__main__":
+    tools = {p.stem for p in (Path(__file__).parents[2] / "apps").glob("*.cpp") if (BIN / p.stem).exists()}
+    if tools - {job.tool for job in ALL}:
+        sys.exit(f"jobs.py: no job for {sorted(tools - {job.tool for job in ALL})}")
     shutil.rmtree(sys.argv[1], ignore_errors=True)
     os.makedirs(sys.argv[1])
-    sys.exit(subprocess.run(["bash", "-e"], input=SETUP.encode(), cwd=sys.argv[1], env=environment()).returncode)
+    sys.exit(subprocess.run(["bash", "-e"], input=(SETUP + (SETUP_NETWORKS if NETWORKS else "")).encode(), cwd=sys.argv[1], env=environment()).returncode)

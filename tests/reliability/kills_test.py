@@ -72,12 +72,12 @@ def kill_at_random(top):
             judge(label, folder, reference)
             rerun(label, job, folder, reference, command)
         shutil.rmtree(folder)
-    expect(killed > RANDOM_KILLS // 4, f"{killed} of {RANDOM_KILLS} kills came in time")
+    expect(killed >= 5, f"{killed} of {RANDOM_KILLS} kills came in time")
     return killed
 
 
 def race(top):
-    for job in (FILE_JOBS[1], FILE_JOBS[3], NETWORK_JOBS[0]):
+    for job in FILE_JOBS[1:4:2] + NETWORK_JOBS[:1]:
         folder = top / "race"
         workplace(folder)
         status, _, err = run(words(job, "o"), folder)
@@ -125,7 +125,7 @@ def test():
         race(top)
         pipes = leave_early(top)
     print(f"{sum(kills.values())} kills at a call: " + ", ".join(f"{k} {v}" for k, v in kills.items()))
-    print(f"{RANDOM_KILLS} kills at random moments, {in_time} before the end; 3 races of 20 writers; {pipes} readers that leave after a byte")
+    print(f"{RANDOM_KILLS} kills at random moments, {in_time} before the end; races of 20 writers; {pipes} readers that leave after a byte")
 
 
 main(test)

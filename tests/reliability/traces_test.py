@@ -85,8 +85,8 @@ def names_inside(top):
     (folder / "name.bvh").write_text((INPUTS / "few" / "walking_f001_1.bvh").read_text().replace("JOINT ", f"JOINT {secret}", 1))
     (folder / "doctype.svg").write_text(f'<!DOCTYPE svg [<!ENTITY x SYSTEM "file://{secret}">]><svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0 L1 0"/><text>&x;</text></svg>')
     for command, expected in ((["motion-info", "-q", "--check=full", "link.h5"], 3), (["motion-info", "-q", "--check=full", "storage.h5"], 3), (["bvh2npz", "-q", "path.npz", "-o", "o"], 3),
-                              (["bvh2npz", "-q", "name.bvh", "-o", "o"], 0), (["follow-path", "-q", "-m", "in/lstm.h5", "--path", "doctype.svg", "--window", "8", "--overlap", "4", "--particles", "4",
-                                                                              "--rounds", "1", "--iterations", "2", "--most-seconds", "0.3", "-o", "p.h5"], 0)):
+                              (["bvh2npz", "-q", "name.bvh", "-o", "o"], 0),
+                              *([("follow-path -q -m in/lstm.h5 --path doctype.svg --window 8 --overlap 4 --particles 4 --rounds 1 --iterations 2 --most-seconds 0.3 -o p.h5".split(), 0)] if NETWORKS else [])):
         _, read, wrote, _ = traced(command, folder, expected)
         opened = {p for p in read | wrote if "secret" in p or "planted" in p}
         expect(not opened, f"{' '.join(command)}: opens {opened}")
