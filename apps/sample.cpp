@@ -57,13 +57,13 @@ class Sample final : public cli::Tool {
   void options(CLI::App& app) override {
     app.add_option("-m,--model", model_, "trained model; '-' reads standard input")->required()->check(cli::path());
     app.add_option("-n,--count", count_, "motions in all; they take the schedules, then the combinations of attributes, in turn (default: 1, or one of each schedule)")->check(cli::whole(1, 100000000, "COUNT"));
-    app.add_option("--frames", frames_, "frames of each motion (default: the model's)")->check(cli::whole(1, 1000000, "FRAMES"));
-    app.add_option("--attr", attributes_, "NAME=VALUE to generate (repeatable; several values of a name are all used; default: all combinations trained on, equally)");
-    app.add_option("--schedule", schedule_, "table of attributes over time; what it leaves open is as without it. Changes are moved to the model's nearest word")->check(cli::path("FILE.tsv"));
+    CLI::Option* frames = app.add_option("--frames", frames_, "frames of each motion (default: the model's)")->check(cli::whole(1, 1000000, "FRAMES"));
+    CLI::Option* attributes = app.add_option("--attr", attributes_, "NAME=VALUE to generate (repeatable; several values of a name are all used; default: all combinations trained on, equally)");
+    CLI::Option* schedule = app.add_option("--schedule", schedule_, "table of attributes over time; what it leaves open is as without it. Changes are moved to the model's nearest word")->check(cli::path("FILE.tsv"));
     CLI::Option* stop = app.add_flag("--stop-when-still", stop_, "end each motion where it comes to rest after having moved");
     app.add_option("--still-speed", stillness_.speed, "with --stop-when-still: impact-weighted joint speed under which a step is still, rad m/s")->needs(stop)->check(cli::positive("SPEED"))->capture_default_str();
     app.add_option("--still-seconds", stillness_.seconds, "with --stop-when-still: how long all steps have to be still; a quarter of a second of it is kept")->needs(stop)->check(cli::positive("SECONDS"))->capture_default_str();
-    app.add_option("--init", init_, "archive whose clips' first frames to start from, in turn (lstm-gmm; default: frames of its training data)")->check(cli::path("ARCHIVE"));
+    app.add_option("--init", init_, "clips whose first frames to start from, in turn: ARCHIVE, or one of them as ARCHIVE:CLIP (lstm-gmm; default: frames of its training data)")->check(cli::path("ARCHIVE"));
     app.add_option("--init-state", init_state_, "the network's hidden state before the first frame: found from the first two frames by gradient descent, or zero, which makes the second frame jump (lstm-gmm)")
         ->check(cli::one_of({"estimate", "zero"}))->capture_default_str();
     app.add_option("--network-noise", network_noise_, "deviation of noise on the network's standardised input (lstm-gmm)")->check(cli::non_negative("DEVIATION"))->capture_default_str();
@@ -76,7 +76,8 @@ class Sample final : public cli::Tool {
     app.add_option("--through", through_, "how far --reconstruct goes: joint positions and rotations found for them, the convolutional autoencoder, or both stages")->needs(again)->check(cli::one_of({"positions", "autoencoder", "both"}))->capture_default_str();
     axis->excludes(between)->excludes(again);
     between->excludes(again);
-    app.add_option("--noise-scale", noise_scale_, "factor on the latent noise, or on the spread of a mixture: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
+    CLI::Option* noise = app.add_option("--noise-scale", noise_scale_, "factor on the latent noise, or on the spread of a mixture: 1 samples the model, 0 follows its mean")->check(cli::non_negative("FACTOR"))->capture_default_str();
+    for (CLI::Option* of_new_motion : {frames, attributes, schedule, stop, noise}) again->excludes(of_new_motion);
   }
 
   Exit run(cli::Context& context) override {
@@ -165,7 +166,7 @@ class Sample final : public cli::Tool {
         made = generator->sample(orders, settings);
       } catch (const Error& e) {
         if (settings.init.empty() || e.status() != Exit::data) throw;
-        throw e.in_file(init_ == "-" ? "<stdin>" : init_);
+        throw e.in_file(init_ == "-" ? "<stdin>" : split_clip(init_).first);
       }
       for (const Clip& clip : made) {
         const std::size_t kept = stop_ ? metrics::frames_until_still(clip, stillness_) : clip.frames();
@@ -203,29 +204,39 @@ class Sample final : public cli::Tool {
     if (fit.points > 0) log::info("joints of the body are within {:.1f} mm of what the model made, at most {:.1f} mm ({}, {})", fit.mean_mm(), fit.worst_mm, fit.worst_clip, fit.worst_joint);
   }
 
+  // ARCHIVE[:CLIP] as path and name, "" for all clips; a file of the whole name goes first.
+  static std::pair<std::string, std::string> split_clip(const std::string& text) {
+    std::error_code ignored;
+    const auto colon = text.rfind(':');
+    if (colon == std::string::npos || std::filesystem::exists(text, ignored)) return {text, ""};
+    return {text.substr(0, colon), text.substr(colon + 1)};
+  }
+
+  static std::size_t find_clip(const store::ArchiveReader& reader, const std::string& path, const std::string& name) {
+    for (std::size_t i = 0; i < reader.size(); ++i)
+      if (name.empty() || reader.info(i).name == name) return i;
+    if (reader.size() == 0) refuse({path, 0, {}}, "0 clips, expected at least one");
+    refuse({path, 0, "clip " + name}, "no clip of this name, expected one such as " + reader.info(0).name);
+  }
+
   // The clips to start from, as many as are needed.
   void read_starts(generators::SampleSettings& settings, std::vector<HistoryInput>& inputs) const {
     if (init_.empty()) return;
-    const store::ArchiveReader reader(init_, store::Caching::in_order);
-    inputs.push_back(tools::history_input(init_, reader.file_sha256()));
-    for (std::size_t i = 0; i < reader.size() && settings.init.size() < static_cast<std::size_t>(count_.value_or(1)); ++i) {
+    const auto [path, name] = split_clip(init_);
+    const store::ArchiveReader reader(path, store::Caching::in_order);
+    inputs.push_back(tools::history_input(path, reader.file_sha256()));
+    const std::size_t first = find_clip(reader, path, name), wanted = name.empty() ? static_cast<std::size_t>(count_.value_or(1)) : 1;
+    for (std::size_t i = first; i < reader.size() && settings.init.size() < wanted; ++i) {
       Clip clip = reader.read(i);
       settings.init.push_back(clip.frames() > 2 && !clip.contacts.empty() ? cut(clip, 0, 2) : std::move(clip));  // contacts are found in all of a clip
     }
-    if (settings.init.empty()) refuse({init_, 0, {}}, "0 clips, expected at least one to start from");
   }
 
-  // ARCHIVE[:CLIP]; a file of the whole name goes first.
   static Clip read_end(const std::string& text, std::vector<HistoryInput>& inputs) {
-    std::string path = text, name;
-    std::error_code ignored;
-    if (const auto colon = text.rfind(':'); colon != std::string::npos && !std::filesystem::exists(text, ignored)) path = text.substr(0, colon), name = text.substr(colon + 1);
+    const auto [path, name] = split_clip(text);
     const store::ArchiveReader reader(path);
     inputs.push_back(tools::history_input(path, reader.file_sha256()));
-    for (std::size_t i = 0; i < reader.size(); ++i)
-      if (name.empty() || reader.info(i).name == name) return reader.read(i);
-    if (reader.size() == 0) refuse({path, 0, {}}, "0 clips, expected at least one");
-    refuse({path, 0, "clip " + name}, "no clip of this name, expected one such as " + reader.info(0).name);
+    return reader.read(find_clip(reader, path, name));
   }
 
   // Every clip of an archive through the model's latent space and back.

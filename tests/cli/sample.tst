@@ -130,6 +130,8 @@
 0 . sample -q -m l.h5 -n 12 --frames 40 -j 1 -o l2.h5 && motion-info l1.h5 | grep digest > d1 && motion-info l2.h5 | grep digest | cmp - d1
 0 true sample -q -m l.h5 -n 12 --frames 30 --init c.h5 -o li.h5 && ./q 'all(np.abs(a[0].clip(i)[0][0, 1:] - a[1].clip(i % 8)[0][0, 1:]).max() < 1e-4 and abs(a[0].clip(i)[1][0, 2] - a[1].clip(i % 8)[1][0, 2]) < 1e-4 for i in range(12)) and [i["path"] for i in a[0].history[-1]["inputs"]] == ["l.h5", "c.h5"]' li.h5 c.h5
 0 true sample -q -m l.h5 --frames 30 --init - -o lp.h5 < c.h5 && ./q 'equal(a[0].clip(0), a[1].clip(0))' lp.h5 li.h5
+0 true sample -q -m l.h5 -n 2 --frames 30 --init "c.h5:$(/usr/bin/python3 -c 'import h5py; print(h5py.File("c.h5")["clips/name"][2].decode())')" -o lc.h5 && ./q 'all(np.abs(a[0].clip(i)[0][0, 1:] - a[1].clip(2)[0][0, 1:]).max() < 1e-4 for i in (0, 1)) and not equal(a[0].clip(0), a[0].clip(1))' lc.h5 c.h5
+3 ~^sample:.c\.h5:clip.nobody:.no.clip.of.this.name sample -m l.h5 --init c.h5:nobody -o x.h5
 0 true for o in "--init-state zero" "--network-noise 0.2" "--noise-scale 0" "--seed 5"; do sample -q -m l.h5 --frames 30 --init c.h5 $o -o lo.h5 -f && ./q '(lambda x, y: np.array_equal(x[0][0], y[0][0]) and not np.array_equal(x[0][5], y[0][5]))(a[0].clip(0), a[1].clip(0))' lo.h5 li.h5; done | sort -u
 0 true sample -q -m l.h5 --frames 30 --init frame.h5 --init-state zero -o lz.h5 && ./q 'a[0].length == [30]' lz.h5
 3 ~^sample:.frame\.h5.*1.frame,.expected.2 sample -m l.h5 --init frame.h5 -o x.h5
@@ -193,3 +195,5 @@
 3 ~none.as.long.as.the.model's.window.of.20.frames sample -m vae.h5 --reconstruct half.h5 -o x.h5
 3 ~60.Hz,.expected.the.model's.30.Hz canonicalize -q corpus --fps 60 -o fast.h5; sample -m vae.h5 --reconstruct fast.h5 -o x.h5
 1 . test -e x.h5
+2 ~frames.excludes.--reconstruct sample -m vae.h5 --reconstruct c.h5 --frames 30 -o x.h5
+2 ~still.excludes.--reconstruct sample -m vae.h5 --reconstruct c.h5 --stop-when-still -o x.h5
