@@ -188,15 +188,7 @@ int open(const char* path, int flags, ...) {
   note_open(path, flags);
   return call(path, flags, mode);
 }
-int open64(const char* path, int flags, ...) {
-  static const auto call = original<int(const char*, int, ...)>("open64");
-  va_list rest;
-  va_start(rest, flags);
-  const mode_t mode = mode_of(flags, rest);
-  va_end(rest);
-  note_open(path, flags);
-  return call(path, flags, mode);
-}
+int open64(const char* path, int flags, ...) __attribute__((alias("open")));
 int mkostemp(char* pattern, int flags) {
   static const auto call = original<int(char*, int)>("mkostemp");
   const int fd = call(pattern, flags);
@@ -209,11 +201,7 @@ FILE* fopen(const char* path, const char* mode) {
   note_stream(path, mode);
   return call(path, mode);
 }
-FILE* fopen64(const char* path, const char* mode) {
-  static const auto call = original<FILE*(const char*, const char*)>("fopen64");
-  note_stream(path, mode);
-  return call(path, mode);
-}
+FILE* fopen64(const char* path, const char* mode) __attribute__((alias("fopen")));
 int socket(int family, int type, int protocol) {
   static const auto call = original<int(int, int, int)>("socket");
   note('s', std::to_string(family));
