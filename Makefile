@@ -22,7 +22,7 @@ build: deps $(BUILD)/build.ninja
 test: build
 	cd $(BUILD) && ctest --output-on-failure -j $(JOBS)
 
-# What docs/reliability.md promises, tried further than a test run has time for: every bit, every call, twenty kills of each training, all of the matrix (about two hours of one core)
+# What docs/reliability.md promises, tried further than a test run has time for: every bit, every call, twenty kills of each training, all of the matrix; hours
 test-exhaustive: build
 	cd $(BUILD) && MOCAPKIT_EXHAUSTIVE=1 ctest --output-on-failure --timeout 14400 -R '^reliability|^store|^io'
 

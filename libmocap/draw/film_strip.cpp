@@ -182,11 +182,13 @@ void draw_header(Canvas& canvas, const StripPlan& plan) {
   for (const auto& row : plan.rows) marks = marks || row.has_contacts;
   const std::string seen = plan.options.view == View::top ? "seen from above" : plan.options.view == View::oblique ? "seen obliquely" : fmt::format("seen from the {}", text(plan.options.view));
   const std::string places = plan.along_path ? "figures where they were" : "figures apart in time, not in place";
-  canvas.text({x, y}, seen + kDot + places + (marks ? std::string(kDot) + (level(plan.options.view) ? "bars below the ground: feet in contact" : "discs: feet in contact") : ""), 12, kQuiet);
-  const double metre = plan.pixels_per_metre, length = bar_length(metre, 200), end = plan.options.width - kMargin;
-  canvas.line({end - length * metre, y - 4}, {end, y - 4}, kText, 2);
-  for (const double tick : {end - length * metre, end}) canvas.line({tick, y - 8}, {tick, y}, kText, 1.5);
-  canvas.text({end - length * metre - 8, y}, fmt::format("{:g} m", length), 12, kText, Align::right);
+  const std::string legend = seen + kDot + places + (marks ? std::string(kDot) + (level(plan.options.view) ? "bars below the ground: feet in contact" : "discs: feet in contact") : "");
+  const double metre = plan.pixels_per_metre, length = bar_length(metre, 200), end = plan.options.width - kMargin, bar = end - length * metre;
+  const std::string size = fmt::format("{:g} m", length);
+  canvas.text({x, y}, canvas.fitting(legend, 12, bar - 8 - canvas.text_width(size, 12) - 16 - x), 12, kQuiet);
+  canvas.line({bar, y - 4}, {end, y - 4}, kText, 2);
+  for (const double tick : {bar, end}) canvas.line({tick, y - 8}, {tick, y}, kText, 1.5);
+  canvas.text({bar - 8, y}, size, 12, kText, Align::right);
 }
 
 }  // namespace
