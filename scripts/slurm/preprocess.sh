@@ -17,5 +17,5 @@ case $output in *.h5) ;; *) echo "preprocess.sh: $output: expected an output tha
 command -v canonicalize motion-merge > /dev/null || { echo "preprocess.sh: canonicalize and motion-merge are not on PATH" >&2; exit 2; }
 mkdir -p "$output.shards"
 array=$(sbatch --parsable --array="1-$tasks" --job-name=canonicalize --requeue --output="$output.shards/%a.log" "$here/shard.sbatch" "$output.shards" "$@")
-merge=$(sbatch --parsable --dependency="afterok:${array%%;*}" --kill-on-invalid-dep=yes --job-name=motion-merge --output="$output.shards/merge.log" "$here/merge.sbatch" "$output.shards" "$output")
+merge=$(sbatch --parsable --dependency="afterok:${array%%;*}" --kill-on-invalid-dep=yes --job-name=motion-merge --output="$output.shards/merge.log" "$here/merge.sbatch" "$output.shards" "$tasks" "$output")
 echo "${array%%;*} ${merge%%;*}"
