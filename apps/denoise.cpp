@@ -124,7 +124,7 @@ class Denoise final : public cli::Tool {
     std::string table = "clip\tjoint\tmean_deg\tworst_deg\tworst_deg_frame\tmean_mm\tworst_mm\tworst_mm_frame\tpeak_speed_mps\tpeak_speed_kept_percent\n";
 
     std::string left_out = "clip\tjoint\tfirst_frame\tlast_frame\tkind\tlargest\tunit\n";
-    std::size_t windows = 0, lowered = 0, spikes = 0, dropouts = 0;
+    std::size_t windows = 0, lowered = 0, spikes = 0, dropouts = 0, single = 0;
 
     // A preset's contacts were found in the noise; those of another rule come from elsewhere and stay.
     const ContactPreset* preset = !map && header.contacts_rule.starts_with("preset:") ? &contact_preset(header.contacts_rule.substr(7)) : nullptr;
@@ -136,6 +136,11 @@ class Denoise final : public cli::Tool {
       parallel_for(after.size(), context.threads(), [&](std::size_t i) {
         nn::initialize_worker_thread();
         try {
+          if (map && before[i].frames() < 2) {  // nothing that a frame before or after could say anything of
+            after[i] = before[i];
+            if (after[i].contacts.empty()) after[i].contacts.resize(after[i].frames());
+            return;
+          }
           if (map) {
             const control::MotionModel motion(models.generator, models.refines());
             found[i] = control::denoise_map(motion, control_.terms(motion), settings_, control_.plan(), before[i]);
@@ -151,6 +156,7 @@ class Denoise final : public cli::Tool {
       for (std::size_t i = 0; i < after.size(); ++i) {
         writer.add(after[i]);
         if (!report_.empty()) append(table, before[i], after[i]);
+        single += map && before[i].frames() < 2;
         windows += found[i].windows;
         lowered += found[i].lowered;
         for (const control::Outlier& o : found[i].outliers) {
@@ -165,6 +171,7 @@ class Denoise final : public cli::Tool {
     writer.finish();
     if (!report_.empty()) write_file(report_, table, context.overwrite());
     if (!outliers_.empty()) write_file(outliers_, left_out, context.overwrite());
+    if (single > 0) log::warn("{} of {} clips have one frame and are passed on as they are", single, reader.size());
     if (map) log::info("{} windows; L-BFGS lowered the objective in {:.1f} % of them; {} spikes and {} dropouts left out", windows, windows ? 100.0 * static_cast<double>(lowered) / static_cast<double>(windows) : 0.0, spikes, dropouts);
     return Exit::ok;
   }
