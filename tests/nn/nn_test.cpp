@@ -39,12 +39,14 @@ TEST(Blas, OneThread) {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
   };
   const Tensor a = torch::ones({512, 512});
-  const double process = processor_seconds(CLOCK_PROCESS_CPUTIME_ID),
-               thread = processor_seconds(CLOCK_THREAD_CPUTIME_ID);
-  for (int i = 0; i < 4; ++i) (void)torch::mm(a, a);
-  EXPECT_LT(
-      (processor_seconds(CLOCK_PROCESS_CPUTIME_ID) - process) / (processor_seconds(CLOCK_THREAD_CPUTIME_ID) - thread),
-      1.3);
+  // The best of five: threads that OpenBLAS started when it was loaded spin for a moment before they sleep.
+  double least = 100;
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    const double process = processor_seconds(CLOCK_PROCESS_CPUTIME_ID), thread = processor_seconds(CLOCK_THREAD_CPUTIME_ID);
+    for (int i = 0; i < 4; ++i) (void)torch::mm(a, a);
+    least = std::min(least, (processor_seconds(CLOCK_PROCESS_CPUTIME_ID) - process) / (processor_seconds(CLOCK_THREAD_CPUTIME_ID) - thread));
+  }
+  EXPECT_LT(least, 1.3);
   EXPECT_NE(compute_libraries().find("LibTorch"), std::string::npos);
 }
 
