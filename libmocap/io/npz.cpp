@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <set>
 
 #include "libmocap/base/checked.hpp"
@@ -39,7 +40,21 @@ struct FreeSource {
 using Archive = std::unique_ptr<zip_t, DiscardArchive>;
 using Source = std::unique_ptr<zip_source_t, FreeSource>;
 
+// libzip before 1.9 finds out what a source must be able to do in variables that the first archives opened share (its issue 289): of two opened at once on two threads one is sometimes taken for
+// read-only or unfit. So the first is opened alone.
+void start_libzip() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    ZipError error;
+    Source source(zip_source_buffer_create(nullptr, 0, 0, &error.e));
+    if (!source) return;
+    const Archive archive(zip_open_from_source(source.get(), ZIP_CREATE, &error.e));
+    if (archive) source.release();
+  });
+}
+
 Archive open_archive(std::string_view bytes) {
+  start_libzip();
   ZipError error;
   if (!bytes.starts_with("PK")) refuse({}, "does not start with a zip signature, expected an .npz file");
   Source source(zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error.e));
@@ -245,6 +260,7 @@ Npz parse_npz(std::string_view bytes, const std::set<std::string, std::less<>>& 
 }
 
 std::optional<std::set<std::string, std::less<>>> npz_members(const std::string& path) {
+  start_libzip();
   const Archive archive(zip_open(path.c_str(), ZIP_RDONLY, nullptr));
   if (!archive) return std::nullopt;
   std::set<std::string, std::less<>> names;
@@ -257,6 +273,7 @@ std::optional<std::set<std::string, std::less<>>> npz_members(const std::string&
 }
 
 std::string format_npz(const Npz& arrays) {
+  start_libzip();
   std::vector<std::string> members;  // outlive the archive: libzip reads them when it closes
   members.reserve(arrays.size());
   ZipError error;

@@ -57,7 +57,8 @@ GENERATIONS = {"Haswell": {"OPENBLAS_CORETYPE": "Haswell", "ATEN_CPU_CAPABILITY"
                "Sandybridge": {"OPENBLAS_CORETYPE": "Sandybridge", "ATEN_CPU_CAPABILITY": "default", "ONEDNN_MAX_CPU_ISA": "SSE41"}}
 # Searches decide between candidates, and a last bit may decide: they are as good on another generation, but not the same.
 SEARCHES = ("denoise.map", "follow-path", "steer")
-# Largest differences between them: of quaternions and metres absolute, of losses and figures relative where they are above 1. A last bit may grow in a training; losses of 40 steps are compared.
+# Largest differences between them: of quaternions and metres absolute, of losses and figures relative where they are above 1. Losses are those of the first ten steps: in a training a last bit grows, and may
+# lead it elsewhere.
 TOLERANCES = {"frames/rotations": 1e-4, "frames/root_position": 1e-4, "loss": 1e-3, "figures": 1e-3}
 
 
@@ -94,7 +95,7 @@ def core_types(job, top):
         found[core] = (folder, out)
     (a, text_a), (b, text_b) = found["Haswell"], found["Sandybridge"]
     if job.training:
-        rows = [[float(line.split("\t")[4]) for line in (x / "o.log.tsv").read_text().splitlines()[1:]] for x in (a, b)]
+        rows = [[float(line.split("\t")[4]) for line in (x / "o.log.tsv").read_text().splitlines()[1:11]] for x in (a, b)]
         return {"loss": max(abs(p - q) / max(1, abs(p)) for p, q in zip(*rows))}
     if target(job, "o"):
         return archive_difference(a / "o", b / "o")

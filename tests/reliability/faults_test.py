@@ -44,7 +44,7 @@ def places(job, operation, count, what):
         return range(1, count + 1)
     if EXHAUSTIVE:
         return sorted({1 + round(i * (count - 1) / 39) for i in range(40)})
-    return {"5": sorted({1, count}), "28+": [(count + 1) // 2], "short": [count]}[what]
+    return sorted({"5": {1, count}, "28+": {(count + 1) // 2}, "short": {count}}[what]) if count > 0 else []
 
 
 def try_job(job, folder):
