@@ -126,10 +126,10 @@ def environment(**more):
     return env
 
 
-def run(command, folder, timeout=120, stdout=None, **env):
+def run(command, folder, timeout=120, **env):
     """(status, standard output, standard error); a signal's status is negative."""
-    done = subprocess.run(command, cwd=folder, env=environment(**env), stdin=subprocess.DEVNULL, stdout=stdout or subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout)
-    return done.returncode, done.stdout or b"", done.stderr.decode(errors="replace")
+    done = subprocess.run(command, cwd=folder, env=environment(**env), stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout)
+    return done.returncode, done.stdout, done.stderr.decode(errors="replace")
 
 
 def workplace(folder):
