@@ -183,7 +183,10 @@ class Canonicalize final : public cli::Tool {
     const std::string& output = context.common().output;
     if (!context.common().skip_existing || output == "-") return false;
     const std::optional<store::ArchiveReader> existing = archive_at(output);
-    const std::vector<HistoryInput> made_from = existing && !existing->header().history.empty() ? existing->header().history.back().inputs : std::vector<HistoryInput>{};
+    const History history = existing ? existing->header().history : History();
+    std::set<std::pair<std::string, std::string>> made_from;
+    if (!history.empty())
+      for (const HistoryInput& input : history.back().inputs) made_from.emplace(input.path, input.sha256);
     std::vector<std::pair<const cli::InputFile*, Error>> refused;
     for (const auto& file : context.inputs()) {
       Digest digest{};
@@ -191,18 +194,17 @@ class Canonicalize final : public cli::Tool {
         if (file.path != "-") (void)read_file(file.path, std::size_t{1} << 36, &digest);
       } catch (const Error&) {
       }
-      const HistoryInput input{file.label, to_hex(digest)};
-      const bool known = std::any_of(made_from.begin(), made_from.end(), [&](const HistoryInput& i) { return i.path == input.path && i.sha256 == input.sha256; });
-      if (!known && !made_from.empty() && file.path != "-")
+      const std::string sha256 = to_hex(digest);
+      if (!made_from.empty() && !made_from.contains({file.label, sha256}) && file.path != "-")
         if (const auto error = refusal(file, labels, existing->header().skeleton)) {
           refused.emplace_back(&file, *error);
           continue;
         }
-      now.push_back(input);
+      now.push_back({file.label, sha256});
       add_companions(now, formats::companions_of(file.path, file.label, read_options_));
     }
     sort_inputs(now);
-    if (!context.up_to_date(output, context.history_entry(std::move(now)), [](const std::string& path) { return store::ArchiveReader(path).header().history; })) return false;
+    if (!context.up_to_date(output, context.history_entry(std::move(now)), [&](const std::string&) { return history; })) return false;
     for (const auto& [file, error] : refused) context.reject(*file, error);
     return true;
   }
@@ -221,9 +223,10 @@ class Canonicalize final : public cli::Tool {
     try {
       CanonicalizeOptions options = options_;
       if (body_ == "source") options.body = body;
+      const Canonicalizer canonicalizer(options);
       Prepared p;
       p.input = formats::open_motion(file.path, file.label, read_options_);
-      for (std::size_t i = 0; i < p.input->size(); ++i) (void)prepare(p, i, file, labels, Canonicalizer(options));
+      for (std::size_t i = 0; i < p.input->size(); ++i) (void)prepare(p, i, file, labels, canonicalizer);
       return std::nullopt;
     } catch (const Error& e) {
       if (e.status() != Exit::data) throw;

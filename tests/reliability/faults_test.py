@@ -8,8 +8,6 @@ from pathlib import Path
 
 from jobs import *
 
-SHOWN = Path(tempfile.mkdtemp())
-
 
 def faulty(job, folder, operation, n, what, old=None, **env):
     """Runs `job` in a fresh `folder` with a fault; (whether it happened, status, standard error)."""
@@ -77,11 +75,12 @@ def try_job(job, folder):
 
 def in_place_is_noticed(folder):
     """The judgement can fail: a tool that writes in place, and one that does not look whether it could."""
+    job, = named("canonicalize")
     workplace(folder)
     (folder / "o").write_bytes(b"half")
-    expect(whole(FILE_JOBS[1], written(folder), {"o": "another"}), "a half-written output passes")
+    expect(whole(job, written(folder), {"o": "another"}), "a half-written output passes")
     (folder / "o").rename(folder / "o.part-Xy12Zw")
-    expect(whole(FILE_JOBS[1], written(folder), {}), "a .part that stays passes")
+    expect(whole(job, written(folder), {}), "a .part that stays passes")
     script = "import os\nfor i in range(3):\n  try: os.write(os.open('x', os.O_WRONLY | os.O_CREAT), b'abc')\n  except OSError: pass\n"
     hit = folder.parent / "hit"
     hit.unlink(missing_ok=True)
@@ -89,11 +88,12 @@ def in_place_is_noticed(folder):
     expect(status == 0 and hit.exists(), f"a program that goes on after a failed write: status {status} {err}")
 
 
-def disk_full(folder):
-    """A real file system of half the size that is needed."""
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(SHOWN)], capture_output=True).returncode != 0:
+def disk_full(folder, disk):
+    """A real file system of half the size that is needed, at `disk`."""
+    disk.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(disk)], capture_output=True).returncode != 0:
         return "no file system could be mounted: a full disk was tried by failing calls alone"
-    subprocess.run(["umount", str(SHOWN)], check=True)
+    subprocess.run(["umount", str(disk)], check=True)
     tried = 0
     for job in FILE_JOBS + [j for j in NETWORK_JOBS + TRAININGS if EXHAUSTIVE or j.name in ("sample", "refine", "classify", "train-lstm")]:
         shutil.rmtree(folder, ignore_errors=True)
@@ -104,16 +104,16 @@ def disk_full(folder):
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file() and "in" not in p.relative_to(folder).parts)
         if size < 12288:
             continue  # pages are of 4 KiB
-        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size // 2}", "tmpfs", str(SHOWN)], check=True)
+        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size // 2}", "tmpfs", str(disk)], check=True)
         try:
-            (SHOWN / "in").symlink_to(INPUTS.resolve())
-            status, _, err = run(words(job, "o"), SHOWN)
+            (disk / "in").symlink_to(INPUTS.resolve())
+            status, _, err = run(words(job, "o"), disk)
             expect(status == 4 and one_line(err, job.tool), f"{job.name} on a full disk: status {status}, {err}")
-            wrong = whole(job, written(SHOWN), reference)
+            wrong = whole(job, written(disk), reference)
             expect(not wrong, f"{job.name} on a full disk: {wrong}")
             tried += 1
         finally:
-            subprocess.run(["umount", str(SHOWN)], check=True)
+            subprocess.run(["umount", str(disk)], check=True)
     return f"{tried} tools on a file system of half the size they need"
 
 
@@ -124,7 +124,7 @@ def test():
         short = [Job(j.name, re.sub("--(steps|epochs|vae-epochs|pretrain-steps) [0-9]+", r"--\1 1", j.command), True, True) for j in TRAININGS]
         jobs = [j for j in FILE_JOBS + NETWORK_JOBS + short if EXHAUSTIVE or not j.network or j.name in ("sample", "classify", "embed", "train-lstm")]
         runs = {job.name: try_job(job, Path(top) / "work") for job in jobs}
-        full = disk_full(Path(top) / "full")
+        full = disk_full(Path(top) / "full", Path(top) / "disk")
     print(f"{sum(runs.values())} failing calls in {len(runs)} commands: " + ", ".join(f"{k} {v}" for k, v in runs.items()))
     print(full)
 

@@ -99,6 +99,11 @@ WRITERS = FILE_JOBS + NETWORK_JOBS + TRAININGS
 ALL = FILE_JOBS + REPORTS + NETWORK_JOBS + NETWORK_REPORTS + TRAININGS
 
 
+def named(*names):
+    """The jobs of these names, where this build has their tools."""
+    return [j for j in ALL if j.name in names]
+
+
 class Failure(Exception):
     pass
 

@@ -53,7 +53,7 @@ def kill_at_random(top):
     rng = random.Random(1)
     folder = top / "random"
     killed = 0
-    for job in FILE_JOBS[:2]:  # many files, and one archive
+    for job in named("bvh2npz", "canonicalize"):  # many files, and one archive
         command = [w.replace("in/few", "in/corpus") for w in words(job, "o")]
         workplace(folder)
         start = time.monotonic()
@@ -77,7 +77,7 @@ def kill_at_random(top):
 
 
 def race(top):
-    for job in FILE_JOBS[1:4:2] + NETWORK_JOBS[:1]:
+    for job in named("canonicalize", "motion-select", "sample"):
         folder = top / "race"
         workplace(folder)
         status, _, err = run(words(job, "o"), folder)
